@@ -1,0 +1,2 @@
+/* One line a kernel file: native/NAME.c defines `PyMethodDef umg_NAME_methods[]`. */
+KERNEL(rotations)

@@ -1,0 +1,1 @@
+"""What several rooms need: Laplacians, rigid fits, closest points, volumetric ARAP."""

@@ -1,0 +1,1 @@
+"""Transitions to a MotionGraph: strongly connected part, probabilities, paths (P section 7)."""

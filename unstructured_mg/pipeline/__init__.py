@@ -1,0 +1,1 @@
+"""Runs the rooms in order over a work folder: stages, store, executor, progress."""
