@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from toy_capture import toy_capture
+from toy_graph import frame_successors, random_case
+
+from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.graph.link import Link
+from unstructured_mg.graph.motion_graph import build_graph
+
+
+def captured_ways(graph, capture):
+    after = frame_successors(capture.runs(), list(graph.links))
+    inside = set(graph.frames.tolist())
+    used = {(graph.links[i].source, graph.links[i].target) for i in graph.links_used()}
+    ways = []
+    for a in graph.frames.tolist():
+        for b in after[a]:
+            if isinstance(b, tuple):
+                b = b[1] + next(w.k for w in graph.links if (w.source, w.target) == b[:2]) if b[:2] in used else None
+            if b in inside:
+                ways.append((a, b))
+    return ways
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_obstacles_are_found_exactly_where_no_uniform_flow_exists(seed):
+    capture, links = random_case(seed, 40, 1 + seed % 4, k=2)
+    graph = build_graph(capture, links)
+    ways, frames = captured_ways(graph, capture), graph.frames.tolist()
+    balance = np.zeros((2 * len(frames), len(ways)))
+    for column, (a, b) in enumerate(ways):
+        balance[frames.index(a), column] = balance[len(frames) + frames.index(b), column] = 1
+    feasible = linprog(np.zeros(len(ways)), A_eq=balance, b_eq=np.ones(2 * len(frames))).status == 0
+    assert (graph.obstacles == ()) == feasible
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_each_obstacle_is_true(seed):
+    capture, links = random_case(seed, 120, 6)
+    graph = build_graph(capture, links)
+    ways = captured_ways(graph, capture)
+    for obstacle in graph.obstacles:
+        near, far = (0, 1) if obstacle.leads_to else (1, 0)
+        assert {way[far] for way in ways if way[near] in obstacle.crowd} == set(obstacle.narrow)
+        assert len(obstacle.crowd) == len(obstacle.narrow) + 1
+        crowded = np.isin(graph.frames, obstacle.crowd)
+        narrow = np.isin(graph.frames, obstacle.narrow)
+        # The walk itself bears it out, up to the time that it spends inside transitions.
+        assert graph.visits[narrow].sum() >= graph.visits[crowded].sum() - 1e-9
+
+
+def test_the_ends_of_a_loop_are_named():
+    # Frames 15..75 loop by 75 -> 15; 25 -> 55 skips: 24's and 25's neighbours crowd nothing, but 54 and 25 share 55.
+    links = [Link(80, 10, 5, PlanarRigid(), 0.0), Link(30, 50, 5, PlanarRigid(), 0.0)]
+    graph = build_graph(toy_capture(100), links)
+    assert graph.obstacles == ()  # never skipping is uniform
+    # With the way back leading to 20 instead, 15..19 are entered only by a second way back, from 60.
+    links = [Link(80, 15, 5, PlanarRigid(), 0.0), Link(65, 10, 5, PlanarRigid(), 0.0)]
+    graph = build_graph(toy_capture(100), links)
+    leads, comes = graph.obstacles
+    assert (leads.leads_to, leads.crowd, leads.narrow) == (True, (19, 75), (20,))
+    assert (comes.leads_to, comes.crowd, comes.narrow) == (False, (15, 61), (60,))

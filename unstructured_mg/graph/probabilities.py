@@ -1,0 +1,164 @@
+"""Transition probabilities that visit the captured frames as evenly as possible (P section 7.1)."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from unstructured_mg.graph.options import GraphOptions
+from unstructured_mg.graph.stationary import Chain, Stationary
+
+Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """The contracted graph as the objective sees it.
+
+    Each of the N nodes is one captured frame, and edge e holds ``inner[e]`` further captured frames: all of them are
+    visited as often as the edge is taken. So sums over the n captured frames become weighted sums over nodes and edges.
+    Synthesized frames are not counted: what is to be even is the use that is made of the capture.
+
+    Attributes
+    ----------
+    chain : the chain's pattern: ``chain.source``, ``chain.target`` (E,), ``chain.nodes`` N
+    inner : (E,) float64
+    ways : (N,) out-edges of each node
+    """
+
+    chain: Chain
+    inner: np.ndarray
+    ways: np.ndarray
+
+    @classmethod
+    def of_edges(cls, nodes: int, edges: Sequence[tuple[int, int, int]]) -> "Traffic":
+        """From (source node, target node, inner captured frames) of each edge."""
+        table = np.array(edges, np.int64).reshape(-1, 3)
+        chain = Chain(table[:, 0], table[:, 1], nodes)
+        return cls(chain, table[:, 2].astype(np.float64), np.bincount(table[:, 0], minlength=nodes))
+
+    @property
+    def source(self) -> np.ndarray:
+        return self.chain.source
+
+    @property
+    def frames(self) -> float:
+        """n, the number of captured frames."""
+        return float(self.chain.nodes + self.inner.sum())
+
+    def visits(self, probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Share of a long walk's captured frames: (N,) at each node, and (E,) at each inner frame of each edge."""
+        node = self.chain.solve(probabilities).visits
+        edge = node[self.source] * probabilities
+        total = node.sum() + self.inner @ edge
+        return node / total, edge / total
+
+
+def objective(traffic: Traffic, probabilities: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
+    """P's energy and its exact gradient by the (E,) probabilities.
+
+    ``alpha n |S(P) - 1/n|^2 + (1 - alpha) |E| / N^2 |P|_F^2`` with S the share of each of the n captured frames in the
+    captured frames of a long walk. P sums over the contracted graph's N nodes in the first term too, but even visits
+    to those say little about frames, as some edges hold hundreds; and |P|_F sums over edges, as parallel ones stay apart.
+    The second term keeps a single transition from doing all the work. Both are about 1 for even choices.
+    """
+    solved = traffic.chain.solve(probabilities)
+    return _objective(traffic, probabilities, alpha, solved)
+
+
+def _objective(
+    traffic: Traffic, probabilities: np.ndarray, alpha: float, solved: Stationary
+) -> tuple[float, np.ndarray]:
+    source, inner, frames = traffic.source, traffic.inner, traffic.frames
+    node = solved.visits
+    edge = node[source] * probabilities
+    total = node.sum() + inner @ edge
+    squares = node @ node + inner @ edge**2
+    # n |S - 1/n|^2 = n sum S^2 - 1, as S sums to one; with S = visits / total.
+    uneven = frames * squares / total**2 - 1
+    by_squares, by_total = frames / total**2, -2 * frames * squares / total**3
+    by_edge = inner * (2 * by_squares * edge + by_total)
+    by_node = 2 * by_squares * node + by_total + np.bincount(source, by_edge * probabilities, traffic.chain.nodes)
+    gradient = node[source] * (by_edge + solved.adjoint(by_node)[traffic.chain.target])
+    penalty, by_penalty = _choice_penalty(traffic, probabilities)
+    return alpha * uneven + (1 - alpha) * penalty, alpha * gradient + (1 - alpha) * by_penalty
+
+
+def proxy(traffic: Traffic, probabilities: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
+    """P's convex stand-in, ``alpha n |pi P - pi|^2 + (1 - alpha) |E| / N^2 |P|_F^2``, and its gradient.
+
+    pi P spreads the uniform distribution by one choice: an edge's inner frames get p / n each, a node the sum over its
+    in-edges.
+    """
+    frames, target = traffic.frames, traffic.chain.target
+    node = np.bincount(target, probabilities, traffic.chain.nodes) - 1
+    edge = probabilities - 1
+    uneven = (node @ node + traffic.inner @ edge**2) / frames
+    gradient = 2 * (node[target] + traffic.inner * edge) / frames
+    penalty, by_penalty = _choice_penalty(traffic, probabilities)
+    return alpha * uneven + (1 - alpha) * penalty, alpha * gradient + (1 - alpha) * by_penalty
+
+
+def even_probabilities(traffic: Traffic) -> np.ndarray:
+    """(E,) the same probability for each of a node's out-edges."""
+    return 1.0 / traffic.ways[traffic.source]
+
+
+def optimise_probabilities(traffic: Traffic, options: GraphOptions) -> np.ndarray:
+    """(E,) probabilities that minimise ``objective``, each at least ``options.least_share`` of an even choice.
+
+    L-BFGS on ``p = floor + (1 - least_share) softmax(q)``, from the minimum of ``proxy`` and from even choices; the
+    better end counts. The chain must be irreducible.
+    """
+    even = even_probabilities(traffic)
+    if options.least_share == 1 or np.all(traffic.ways <= 1):
+        return even
+    near = _minimise(traffic, options.least_share, even, lambda p: proxy(traffic, p, options.alpha))
+    ends = [_minimise(traffic, options.least_share, start, lambda p: objective(traffic, p, options.alpha))
+            for start in (near, even)]  # fmt: skip
+    return min(ends, key=lambda p: objective(traffic, p, options.alpha)[0])
+
+
+def thresholds(source: np.ndarray, probabilities: np.ndarray) -> np.ndarray:
+    """(E,) uint32: per node, the cumulative probability times 2^32, less one; the last out-edge has 2^32 - 1.
+
+    A number r from 0 to 2^32 - 1 goes to the first out-edge, in order, with ``r <= threshold``. ``source`` is ascending.
+    """
+    limits = np.zeros(len(source), np.uint32)
+    first = 0
+    for edge, node in enumerate(source):
+        if source[first] != node:
+            first = edge
+        if edge + 1 == len(source) or source[edge + 1] != node:
+            limits[edge] = 0xFFFFFFFF
+        else:
+            reached = round(float(probabilities[first : edge + 1].sum()) * 2**32) - 1
+            limits[edge] = min(max(reached, 0), 0xFFFFFFFF)
+    return limits
+
+
+def _choice_penalty(traffic: Traffic, probabilities: np.ndarray) -> tuple[float, np.ndarray]:
+    scale = len(probabilities) / traffic.chain.nodes**2
+    return float(scale * (probabilities @ probabilities)), 2 * scale * probabilities
+
+
+def _minimise(traffic: Traffic, least_share: float, start: np.ndarray, energy: Objective) -> np.ndarray:
+    source, nodes, even = traffic.source, traffic.chain.nodes, even_probabilities(traffic)
+    free = 1 - least_share
+    first = np.searchsorted(source, np.arange(nodes))  # edges are ordered by source and every node has one
+
+    def softmax(logits: np.ndarray) -> np.ndarray:
+        weights = np.exp(logits - np.maximum.reduceat(logits, first)[source])
+        return weights / np.bincount(source, weights, nodes)[source]
+
+    def by_logits(logits: np.ndarray) -> tuple[float, np.ndarray]:
+        share = softmax(logits)
+        value, gradient = energy(least_share * even + free * share)
+        mean = np.bincount(source, share * gradient, nodes)
+        return value, free * share * (gradient - mean[source])
+
+    # A start on its floor would have an infinite logit and no way back.
+    logits = np.log(np.maximum((start - least_share * even) / free, 1e-3 * even))
+    found = minimize(by_logits, logits, jac=True, method="L-BFGS-B", options={"maxiter": 500, "gtol": 1e-9, "ftol": 1e-13})
+    return least_share * even + free * softmax(found.x)

@@ -1,0 +1,151 @@
+"""Walks through the graph: which frame is shown when, and where in the world (P section 7)."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+from unstructured_mg.capture.capture import Capture
+from unstructured_mg.errors import UserError
+from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.graph.motion_graph import MotionGraph, Segment
+from unstructured_mg.graph.paths import cut_segments, locate_frame, require_frame, shortest_path
+from unstructured_mg.playback.random_generator import MASK, RandomGenerator
+
+
+@dataclass(frozen=True)
+class WalkFrame:
+    """One shown frame: a captured one, or one step of a transition.
+
+    Attributes
+    ----------
+    source : "capture" or "transition"
+    frame : captured frame index, or None
+    transition : (source, target) frame indices, or None
+    step : -k+1 .. k-1, or None
+    world : the frame's own place (of a transition: its source's captured place) to the world; metres, z up
+    """
+
+    source: str
+    frame: int | None
+    transition: tuple[int, int] | None
+    step: int | None
+    world: PlanarRigid
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Shown frames in order.
+
+    Attributes
+    ----------
+    frames : tuple of WalkFrame
+    kind : "random" or "path"
+    seed : of a random walk, else None
+    start : captured frame index
+    goal : of a path, else None
+    ended : why a random walk is shorter than was asked for, a sentence; None where it is not
+    """
+
+    frames: tuple[WalkFrame, ...]
+    kind: str
+    seed: int | None
+    start: int
+    goal: int | None
+    ended: str | None
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+
+def random_walk(graph: MotionGraph, capture: Capture, frames: int, seed: int, start: int | None = None) -> Walk:
+    """``frames`` frames from captured frame ``start``, with the graph's probabilities (P section 7.1).
+
+    Without ``start`` it begins at the graph's first frame, or, in a graph without cycles, with the longest run.
+    A graph without cycles has walks that end: ``ended`` then says where.
+
+    Raises
+    ------
+    UserError
+        Where ``start`` is not in the graph, ``seed`` is not 0 to 2^32 - 1, or ``frames`` is not positive.
+    """
+    if frames < 1:
+        raise UserError(f"A walk of {frames} frames was asked for: ask for at least one.")
+    if not 0 <= seed <= MASK:
+        raise UserError(f"Seed {seed} is out of range: choose a whole number from 0 to {MASK}.")
+    if start is None:
+        start = _default_start(graph, capture)
+    require_frame(graph, start, capture)
+    played = tuple(islice(endless_walk(graph, seed, start), frames))
+    ended = None
+    if len(played) < frames:
+        last = capture.frame_id(int(played[-1].frame or 0))
+        ended = f"The walk ends after {len(played)} frames at frame {last}, where the graph has no way on."
+    return Walk(played, "random", seed, start, None, ended)
+
+
+def path_walk(graph: MotionGraph, capture: Capture, start: int, goal: int, cost_weight: float = 0.0) -> Walk:
+    """The shortest path from captured frame ``start`` to ``goal``, both shown (P section 7.2).
+
+    Raises
+    ------
+    UserError
+        Where a frame is not in the graph or cannot be reached.
+    """
+    path = shortest_path(graph, start, goal, capture, cost_weight)
+    first = WalkFrame("capture", start, None, None, PlanarRigid())
+    return Walk((first, *_play(graph, path.segments, PlanarRigid())), "path", None, start, goal, None)
+
+
+def endless_walk(graph: MotionGraph, seed: int, start: int) -> Iterator[WalkFrame]:
+    """The frames of a random walk for as long as there is a way on, one at a time.
+
+    At each node with several out-edges one number is drawn and compared with the integer thresholds, so that the walk
+    is the same in every player (docs/files.md).
+    """
+    generator, ways = RandomGenerator(seed), graph.out_edges()
+    world = PlanarRigid()
+    yield WalkFrame("capture", start, None, None, world)
+    node, inside, place = locate_frame(graph, start)
+    if inside is not None:
+        edge = graph.edges[inside]
+        segments = cut_segments(edge.segments, place + 1, len(edge))
+    else:
+        edge, segments = None, ()
+    while True:
+        for frame in _play(graph, segments, world):
+            yield frame
+            world = frame.world
+        if edge is not None:
+            node = edge.target
+        if not ways[node]:
+            return
+        edge = graph.edges[_choose(graph, ways[node], generator)]
+        segments = edge.segments
+
+
+def _choose(graph: MotionGraph, ways: list[int], generator: RandomGenerator) -> int:
+    if len(ways) == 1:
+        return ways[0]
+    drawn = generator.draw()
+    return next(edge for edge in ways if drawn <= graph.thresholds[edge])
+
+
+def _play(graph: MotionGraph, segments: Iterable[Segment], world: PlanarRigid) -> Iterator[WalkFrame]:
+    for segment in segments:
+        if segment.link is None:
+            for frame in range(segment.first, segment.last + 1):
+                yield WalkFrame("capture", frame, None, None, world)
+        else:
+            link = graph.links[segment.link]
+            for step in range(segment.first, segment.last + 1):
+                yield WalkFrame("transition", None, (link.source, link.target), step, world)
+            # Steps lie in the source's place; from here on frames lie in the target's, which this brings to the source's.
+            moved = world.after(link.alignment)
+            world = PlanarRigid(math.remainder(moved.yaw, math.tau), moved.x, moved.y)
+
+
+def _default_start(graph: MotionGraph, capture: Capture) -> int:
+    if graph.cyclic or not len(graph.frames):
+        return int(graph.frames[0])
+    return max(capture.runs(), key=lambda run: (len(run), -run.start)).start
