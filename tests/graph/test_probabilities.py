@@ -67,9 +67,7 @@ def pattern_search(traffic, start, floor, alpha, evaluations):
     """Moves probability between pairs of a node's out-edges, halving the step where nothing helps."""
     best, step = objective(traffic, start, alpha)[0], 0.2
     p = start.copy()
-    pairs = [
-        (a, b) for a in range(len(p)) for b in range(len(p)) if a != b and traffic.source[a] == traffic.source[b]
-    ]
+    pairs = [(a, b) for a in range(len(p)) for b in range(len(p)) if a != b and traffic.source[a] == traffic.source[b]]
     while evaluations > 0 and step > 1e-7:
         improved = False
         for a, b in pairs:

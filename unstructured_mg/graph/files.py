@@ -75,7 +75,7 @@ def graph_from_json(data: Mapping[str, Any], capture: Capture) -> MotionGraph:
     if data.get("format") != "unstructured_mg graph" or data.get("version") != FORMAT_VERSION:
         raise UserError(
             f"graph.json: format {data.get('format')!r}, version {data.get('version')!r} is not the expected "
-            f"'unstructured_mg graph', version {FORMAT_VERSION}: build the graph again with this version of the program."
+            f"'unstructured_mg graph', version {FORMAT_VERSION}: build the graph again with this program."
         )
     index = capture.index_of
     links = tuple(

@@ -46,14 +46,15 @@ def build_frame_graph(captured: int, runs: Sequence[range], links: Sequence[Link
     for position, link in enumerate(links):
         _check_link(position, link, run_of, seen)
     first_step = captured + np.cumsum([0, *(len(link.steps) for link in links)])
-    sources, targets = [], []
+    sources: list[np.ndarray] = []
+    targets: list[np.ndarray] = []
     for run in runs:
         sources.append(np.arange(run.start, run.stop - 1))
         targets.append(np.arange(run.start + 1, run.stop))
     for link, first, stop in zip(links, first_step[:-1], first_step[1:], strict=True):
         steps = np.arange(first, stop)
-        sources += [[link.leaves], steps]
-        targets += [steps, [link.arrives]]
+        sources += [np.array([link.leaves]), steps]
+        targets += [steps, np.array([link.arrives])]
     empty = np.zeros(0, np.int32)
     return FrameGraph(
         captured,

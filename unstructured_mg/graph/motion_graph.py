@@ -69,7 +69,7 @@ class MotionGraph:
     nodes : (N,) int32, each node's captured frame, ascending
     edges : by source node; the captured way on first, then the links in their order
     probabilities : (E,) float64, summing to one over each node's out-edges
-    thresholds : (E,) uint32, cumulative: a drawn number goes to the node's first out-edge whose threshold it does not exceed
+    thresholds : (E,) uint32, cumulative: a drawn number takes the node's first out-edge with at least that threshold
     cyclic : False where no link closes a loop; the graph then holds the whole capture and a walk through it ends
     visits_even : (c,) float64, each captured frame's share of a long walk's captured frames with even choices, or None
         where the graph is not cyclic

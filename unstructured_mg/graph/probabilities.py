@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from unstructured_mg.graph.options import GraphOptions
-from unstructured_mg.graph.stationary import Chain, Stationary
+from unstructured_mg.graph.stationary import Chain
 
 Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
 
@@ -60,16 +60,10 @@ def objective(traffic: Traffic, probabilities: np.ndarray, alpha: float) -> tupl
 
     ``alpha n |S(P) - 1/n|^2 + (1 - alpha) |E| / N^2 |P|_F^2`` with S the share of each of the n captured frames in the
     captured frames of a long walk. P sums over the contracted graph's N nodes in the first term too, but even visits
-    to those say little about frames, as some edges hold hundreds; and |P|_F sums over edges, as parallel ones stay apart.
-    The second term keeps a single transition from doing all the work. Both are about 1 for even choices.
+    to those say little about frames, as some edges hold hundreds. |P|_F sums over edges, as parallel ones stay apart.
+    The second term, about 1 for even choices, keeps a single transition from doing all the work.
     """
     solved = traffic.chain.solve(probabilities)
-    return _objective(traffic, probabilities, alpha, solved)
-
-
-def _objective(
-    traffic: Traffic, probabilities: np.ndarray, alpha: float, solved: Stationary
-) -> tuple[float, np.ndarray]:
     source, inner, frames = traffic.source, traffic.inner, traffic.frames
     node = solved.visits
     edge = node[source] * probabilities
@@ -123,7 +117,7 @@ def optimise_probabilities(traffic: Traffic, options: GraphOptions) -> np.ndarra
 def thresholds(source: np.ndarray, probabilities: np.ndarray) -> np.ndarray:
     """(E,) uint32: per node, the cumulative probability times 2^32, less one; the last out-edge has 2^32 - 1.
 
-    A number r from 0 to 2^32 - 1 goes to the first out-edge, in order, with ``r <= threshold``. ``source`` is ascending.
+    A number r from 0 to 2^32 - 1 goes to the first out-edge, in order, with ``r <= threshold``. ``source`` ascends.
     """
     limits = np.zeros(len(source), np.uint32)
     first = 0
@@ -160,5 +154,7 @@ def _minimise(traffic: Traffic, least_share: float, start: np.ndarray, energy: O
 
     # A start on its floor would have an infinite logit and no way back.
     logits = np.log(np.maximum((start - least_share * even) / free, 1e-3 * even))
-    found = minimize(by_logits, logits, jac=True, method="L-BFGS-B", options={"maxiter": 500, "gtol": 1e-9, "ftol": 1e-13})
+    found = minimize(
+        by_logits, logits, jac=True, method="L-BFGS-B", options={"maxiter": 500, "gtol": 1e-9, "ftol": 1e-13}
+    )
     return least_share * even + free * softmax(found.x)

@@ -6,7 +6,7 @@ import re
 import shutil
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, wait
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -45,7 +45,7 @@ def export_obj(
 
     Parameters
     ----------
-    frames : the walk's frames, as ``posed_frames(walk.frames, ...)`` yields them
+    frames : the walk's frames, as ``posed_frames(walk, ...)`` yields them
     up, unit : the export's axis and metres per unit; the capture's own where not given
     force : replace ``out`` where it holds an earlier export
     inputs : what the walk was made from, for walk.json
@@ -63,23 +63,28 @@ def export_obj(
     with whole_folder(out, force) as folder:
         written: list[str] = []
         waiting: deque[Future[None]] = deque()
-        for number, frame in enumerate(frames, start=1):
-            stem = f"frame_{number:0{width}d}"
-            arrays = (space.points(frame.vertices), frame.faces, frame.uv, frame.face_uv)
-            job = (folder / f"{stem}.obj", *arrays, frame.textures, frame.face_material, frame.colors)
-            if executor is None:
-                _write_frame(*job)
-            else:
-                waiting.append(executor.submit(_write_frame, *job))
-                if len(waiting) > WAITING:
-                    waiting.popleft().result()
-            written.append(f"{stem}.obj")
-            if progress is not None:
-                progress(len(written) - len(waiting), len(walk))
-        while waiting:
-            waiting.popleft().result()
-            if progress is not None:
-                progress(len(written) - len(waiting), len(walk))
+        try:
+            for number, frame in enumerate(frames, start=1):
+                stem = f"frame_{number:0{width}d}"
+                arrays = (space.points(frame.vertices), frame.faces, frame.uv, frame.face_uv)
+                job = (folder / f"{stem}.obj", *arrays, frame.textures, frame.face_material, frame.colors)
+                written.append(f"{stem}.obj")
+                if executor is None:
+                    _write_frame(*job)
+                else:
+                    waiting.append(executor.submit(_write_frame, *job))
+                    if len(waiting) > WAITING:
+                        waiting.popleft().result()
+                if progress is not None:
+                    progress(len(written) - len(waiting), len(walk))
+            while waiting:
+                waiting.popleft().result()
+                if progress is not None:
+                    progress(len(written) - len(waiting), len(walk))
+        finally:  # a worker that still writes would put files back into a folder that is being removed
+            for future in waiting:
+                future.cancel()
+            wait(waiting)
         if len(written) != len(walk):
             raise ValueError(f"frames: expected the walk's {len(walk)}, got {len(written)}")
         text = walk_text(walk_to_json(walk, capture, space, written, inputs))
@@ -110,11 +115,16 @@ def whole_folder(out: Path, force: bool) -> Iterator[Path]:
         else:
             partial.rename(out)
     except OSError as error:
-        reason = "the disk is full" if error.errno in (errno.ENOSPC, errno.EDQUOT) else (error.strerror or str(error))
-        raise UserError(
-            f"{out}: the export could not be written ({reason}) and nothing was kept: free some space there or choose "
-            "another folder."
-        ) from error
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            fault, remedy = (
+                "the disk is full, and nothing was kept",
+                "free some space or choose a folder on another disk",
+            )
+        else:
+            at = "" if error.filename is None or str(partial) in str(error.filename) else f" at {error.filename}"
+            fault = f"the export failed{at} ({error.strerror or error}), and nothing was kept"
+            remedy = "see to that or choose another folder"
+        raise UserError(f"{out}: {fault}: {remedy}.") from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 
@@ -127,7 +137,9 @@ def _check_free(out: Path, force: bool) -> None:
     names = sorted(path.name for path in out.iterdir())
     foreign = [name for name in names if not OUR_FILES.fullmatch(name)]
     if names and not force:
-        raise UserError(f"{out}: the folder is not empty: choose another one, or replace an earlier export with --force.")
+        raise UserError(
+            f"{out}: the folder is not empty: choose another one, or replace an earlier export with --force."
+        )
     if foreign:
         raise UserError(f"{out}: the folder holds {foreign[0]}, which no export wrote: choose another folder.")
 

@@ -50,18 +50,18 @@ class PosedFrame:
 
 
 def posed_frames(
-    frames: Iterable[WalkFrame], capture: Capture, load_transition: LoadTransition, transitions_kept: int = 2
+    walk: Iterable[WalkFrame], capture: Capture, load_transition: LoadTransition, transitions_kept: int = 2
 ) -> Iterator[PosedFrame]:
     """Read and place each of the walk's frames in turn.
 
     Parameters
     ----------
-    frames : ``walk.frames``, or ``endless_walk(...)``
+    walk : a Walk, or what ``endless_walk`` yields
     load_transition : gives the transition for (source, target) frame indices; called once for each time that one is
         played, or less often where it is among the ``transitions_kept`` last ones, which stay in memory
     """
     recent: OrderedDict[tuple[int, int], Transition] = OrderedDict()
-    for origin in frames:
+    for origin in walk:
         if origin.transition is None:
             yield _captured(origin, capture)
             continue

@@ -57,6 +57,9 @@ class Walk:
     def __len__(self) -> int:
         return len(self.frames)
 
+    def __iter__(self) -> Iterator[WalkFrame]:
+        return iter(self.frames)
+
 
 def random_walk(graph: MotionGraph, capture: Capture, frames: int, seed: int, start: int | None = None) -> Walk:
     """``frames`` frames from captured frame ``start``, with the graph's probabilities (P section 7.1).
@@ -140,7 +143,7 @@ def _play(graph: MotionGraph, segments: Iterable[Segment], world: PlanarRigid) -
             link = graph.links[segment.link]
             for step in range(segment.first, segment.last + 1):
                 yield WalkFrame("transition", None, (link.source, link.target), step, world)
-            # Steps lie in the source's place; from here on frames lie in the target's, which this brings to the source's.
+            # Steps lie in the source's place, the frames that follow in the target's.
             moved = world.after(link.alignment)
             world = PlanarRigid(math.remainder(moved.yaw, math.tau), moved.x, moved.y)
 
