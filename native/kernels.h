@@ -1,2 +1,4 @@
 /* One line a kernel file: native/NAME.c defines `PyMethodDef umg_NAME_methods[]`. */
 KERNEL(rotations)
+KERNEL(obj)
+KERNEL(weld)

@@ -17,9 +17,9 @@ def write_obj(
 ) -> None:
     """Write ``path`` (ends in .obj) and, where ``images`` are given, a .mtl of the same stem beside it.
 
-    Arrays as in TexturedMesh, but in the file's own unit and axis. ``images`` are file names relative to ``path``, one a
-    material; ``face_material`` (m,) int32 says which face has which. ``colors`` (n, 3) uint8 become ``v x y z r g b``.
-    Seven significant decimals below the unit are kept: 1e-7 of a metre where the unit is a metre.
+    Arrays as in TexturedMesh, but in the file's own unit and axis. ``images`` are file names relative to ``path``, one
+    a material; ``face_material`` (m,) int32 says which face has which. ``colors`` (n, 3) uint8 become
+    ``v x y z r g b``. Seven significant decimals below the unit are kept: 1e-7 of a metre where the unit is a metre.
     """
     lines = []
     if images:

@@ -4,7 +4,16 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from unstructured_mg import _native
 from unstructured_mg.geometry.laplacian import face_areas
+
+
+def weld_labels(rows: np.ndarray) -> tuple[np.ndarray, int]:
+    """Number equal rows alike: labels ``(n,) int32`` in order of first use, and how many differ. ``rows`` (n, 3),
+    finite.
+    """
+    labels = np.empty(len(rows), np.int32)
+    return labels, _native.weld_rows(np.ascontiguousarray(rows, np.float64), labels)
 
 
 def weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -13,12 +22,23 @@ def weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarra
     Returns the kept vertices (w, 3) in order of first use by index, faces (m, 3) int32 into them, and for every input
     vertex its welded index (n,) int32. Faces are neither dropped nor reordered.
     """
-    _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    welded = rank[inverse.reshape(-1)].astype(np.int32)
-    return vertices[first[order]], welded[faces], welded
+    welded, count = weld_labels(vertices)
+    first = np.full(count, len(vertices), np.int64)
+    np.minimum.at(first, welded, np.arange(len(vertices)))
+    return vertices[first], welded[faces], welded
+
+
+def compact(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Leave out the vertices that no face names: the others in their order, faces into them, and their indices
+    before.
+    """
+    used = np.zeros(len(vertices), bool)
+    used[faces.ravel()] = True
+    kept = np.flatnonzero(used)
+    if len(kept) == len(vertices):
+        return vertices, faces, kept
+    rank = np.cumsum(used, dtype=np.int32) - 1
+    return vertices[kept], rank[faces].astype(np.int32), kept
 
 
 def face_components(vertex_count: int, faces: np.ndarray) -> np.ndarray:
