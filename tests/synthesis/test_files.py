@@ -1,0 +1,62 @@
+import json
+
+import numpy as np
+
+from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.synthesis.files import read_transition, step_name, write_transition
+from unstructured_mg.synthesis.transition import Transition
+
+
+def transition(**changes):
+    rng = np.random.default_rng(0)
+    given = {
+        "source": 4,
+        "target": 90,
+        "k": 2,
+        "vertices": rng.normal(size=(3, 5, 3)),
+        "faces": np.array([[0, 1, 2], [2, 3, 4]], np.int32),
+        "uv": rng.uniform(size=(6, 2)),
+        "face_uv": np.array([[0, 1, 2], [3, 4, 5]], np.int32),
+        "textures": (b"one", b"two", b"three"),
+        "texture_suffix": ".jpg",
+        "colors": None,
+        "alignment": PlanarRigid(0.1, -2.0, 3.0),
+        "card": {"start": {"surface": 1.25}, "inverted_tets": None},
+    }
+    return Transition(**(given | changes))
+
+
+def same(first, second):
+    for name in ("vertices", "faces", "uv", "face_uv"):
+        a, b = getattr(first, name), getattr(second, name)
+        assert a.dtype == b.dtype
+        np.testing.assert_array_equal(a, b)
+    for name in ("source", "target", "k", "textures", "texture_suffix", "alignment", "card"):
+        assert getattr(first, name) == getattr(second, name)
+
+
+def test_what_is_written_is_read(tmp_path):
+    write_transition(transition(), tmp_path / "a")
+    same(read_transition(tmp_path / "a"), transition())
+    assert (tmp_path / "a" / "step_-01.jpg").read_bytes() == b"one"
+    assert json.loads((tmp_path / "a" / "card.json").read_text()) == transition().card
+
+
+def test_colours_instead_of_textures(tmp_path):
+    colors = np.arange(45, dtype=np.uint8).reshape(3, 5, 3)
+    coloured = transition(colors=colors, textures=(), texture_suffix="")
+    write_transition(coloured, tmp_path)
+    found = read_transition(tmp_path)
+    same(found, coloured)
+    np.testing.assert_array_equal(found.colors, colors)
+
+
+def test_same_transition_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        write_transition(transition(), tmp_path / name)
+    for file in sorted((tmp_path / "a").iterdir()):
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes()
+
+
+def test_names_sort_out_in_any_listing():
+    assert [step_name(step) for step in (-9, 0, 9)] == ["step_-09", "step_00", "step_09"]

@@ -1,0 +1,60 @@
+"""A transition on disk: arrays, one image a step, and the quality card."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.synthesis.transition import Transition
+
+
+def step_name(step: int) -> str:
+    """``step_-09``, ``step_00``, ``step_09``: the stem of a step's image."""
+    return f"step_{step:03d}" if step < 0 else f"step_{step:02d}"
+
+
+def write_transition(transition: Transition, folder: Path) -> None:
+    """Write ``geometry.npz``, ``card.json`` and, where there are textures, ``step_-09.jpg`` ... into ``folder``.
+
+    ``geometry.npz`` (never pickled) holds ``vertices``, ``faces``, ``uv``, ``face_uv``, ``alignment`` (yaw in
+    radians, x and y in metres), ``window`` (source, target, k) and, where there are any, ``colors``. ``card.json`` is
+    the quality card.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    arrays = {
+        "vertices": transition.vertices,
+        "faces": transition.faces,
+        "uv": transition.uv,
+        "face_uv": transition.face_uv,
+        "alignment": np.array([transition.alignment.yaw, transition.alignment.x, transition.alignment.y]),
+        "window": np.array([transition.source, transition.target, transition.k], dtype=np.int64),
+    }
+    if transition.colors is not None:
+        arrays["colors"] = transition.colors
+    np.savez(folder / "geometry.npz", **arrays)  # type: ignore[arg-type]
+    for step, image in zip(range(-transition.k + 1, transition.k), transition.textures, strict=False):
+        (folder / (step_name(step) + transition.texture_suffix)).write_bytes(image)
+    (folder / "card.json").write_text(json.dumps(transition.card, indent=2, allow_nan=False) + "\n")
+
+
+def read_transition(folder: Path) -> Transition:
+    """Read what ``write_transition`` wrote. Raises OSError or ValueError where a file is missing or damaged."""
+    with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
+        source, target, k = (int(number) for number in arrays["window"])
+        names = [step_name(step) for step in range(-k + 1, k)]
+        suffix = next((s for s in (".jpg", ".png") if (folder / (names[0] + s)).exists()), "")
+        return Transition(
+            source,
+            target,
+            k,
+            arrays["vertices"],
+            arrays["faces"],
+            arrays["uv"],
+            arrays["face_uv"],
+            tuple((folder / (name + suffix)).read_bytes() for name in names) if suffix else (),
+            suffix,
+            arrays["colors"] if "colors" in arrays.files else None,
+            PlanarRigid(*(float(number) for number in arrays["alignment"])),
+            json.loads((folder / "card.json").read_text()),
+        )

@@ -1,0 +1,66 @@
+"""Options of the synthesis room."""
+
+from dataclasses import dataclass
+
+BLEND_NAMES = ("volumetric_arap", "surface_arap", "poisson", "linear")
+WEIGHT_NAMES = ("cubic", "linear")
+TEXTURE_NAMES = ("flow", "crossfade", "none")
+
+
+@dataclass(frozen=True)
+class SynthesisOptions:
+    """How transitions are made and which are refused. All values are JSON-ready.
+
+    Geometry
+    --------
+    blend : "volumetric_arap" (P 6.4, the default), "surface_arap", "poisson" (B section 5) or "linear"
+    weights : "cubic" (P 6.4: keeps the velocity at both ends) or "linear"
+
+    Texture
+    -------
+    texture : "flow" (P 6.3), "crossfade" or "none"
+
+    What is refused. A jump is a ratio: the change at a seam over the capture's own largest change inside the two
+    windows, so that 1 is what a viewer of the capture sees anyway.
+    ---------------
+    surface_jump : largest ratio of the change of surface at a seam
+    surface_jump_floor : metres; a smaller change of surface is never refused
+    velocity_jump : largest ratio of the change of velocity at a seam
+    velocity_jump_floor : metres a frame; a smaller change of velocity is never refused
+    colour_jump : largest ratio of the change of mean colour at a seam
+    volume_drift : largest share by which a frame's volume leaves the line between its ends' volumes
+    inverted_tets : largest number of cage cells that are turned inside out in a frame and in neither of its ends
+    self_intersections : largest share of faces that intersect in the middle frame beyond those of its ends
+    foot_slide : metres; largest way that a planted sole slides in the whole transition
+    """
+
+    blend: str = "volumetric_arap"
+    weights: str = "cubic"
+    texture: str = "flow"
+    surface_jump: float = 1.5
+    surface_jump_floor: float = 0.002
+    velocity_jump: float = 1.5
+    velocity_jump_floor: float = 0.001
+    colour_jump: float = 1.5
+    volume_drift: float = 0.05
+    inverted_tets: int = 0
+    self_intersections: float = 0.02
+    foot_slide: float = 0.06
+
+    def __post_init__(self) -> None:
+        for name, choices in (("blend", BLEND_NAMES), ("weights", WEIGHT_NAMES), ("texture", TEXTURE_NAMES)):
+            if getattr(self, name) not in choices:
+                raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {getattr(self, name)!r}")
+        for name in (
+            "surface_jump",
+            "surface_jump_floor",
+            "velocity_jump",
+            "velocity_jump_floor",
+            "colour_jump",
+            "volume_drift",
+            "inverted_tets",
+            "self_intersections",
+            "foot_slide",
+        ):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"{name}: expected a number not below 0, got {getattr(self, name)!r}")
