@@ -2,3 +2,5 @@
 KERNEL(rotations)
 KERNEL(obj)
 KERNEL(weld)
+KERNEL(edt)
+KERNEL(correlation)

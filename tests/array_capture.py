@@ -1,0 +1,70 @@
+"""A capture of meshes in memory, and a simple figure to fill it with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+
+from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.mesh import TexturedMesh
+
+
+@dataclass(frozen=True)
+class ArrayFrame:
+    clip: str
+    number: int
+
+
+class ArrayCapture(Capture):
+    """Frames from (vertices, faces) pairs; ``clips`` are (name, numbers) in playing order."""
+
+    def __init__(self, meshes, fps=30.0, clips=None):
+        clips = clips or [("clip", range(len(meshes)))]
+        frames = tuple(ArrayFrame(name, number) for name, numbers in clips for number in numbers)
+        assert len(frames) == len(meshes)
+        super().__init__(folder=None, frames=frames, fps=fps, unit=1.0, up="z", floor=0.0)
+        object.__setattr__(self, "meshes", meshes)
+
+    def read(self, index):
+        return TexturedMesh(*self.meshes[index])
+
+    def runs(self):
+        cuts = [0]
+        for i in range(1, len(self.frames)):
+            a, b = self.frames[i - 1], self.frames[i]
+            if a.clip != b.clip or b.number != a.number + 1:
+                cuts.append(i)
+        return [range(a, b) for a, b in zip(cuts, [*cuts[1:], len(self.frames)], strict=True) if b > a]
+
+    def window_centres(self, k):
+        centres = np.zeros(len(self.frames), bool)
+        for run in self.runs():
+            centres[run.start + k : max(run.start + k, run.stop - k)] = True
+        return centres
+
+
+def figure(phase, yaw=0.0, position=(0.0, 0.0, 0.0), seed=None):
+    """A 1.8 m figure with a nose, swinging its limbs once in ``phase`` 2 pi; every ``seed`` is another mesh."""
+    rng = np.random.default_rng(seed)
+    swing = 0.5 * np.sin(phase)
+    vertices, faces, count = [], [], 0
+    parts = [  # centre of the joint, half axes, angle about y, joint's place on the part
+        ((0, 0, 1.15), (0.13, 0.19, 0.33), 0.0, 0.0),
+        ((0, 0, 1.65), (0.11, 0.09, 0.14), 0.0, 0.0),
+        ((0.12, 0, 1.63), (0.04, 0.03, 0.03), 0.0, 0.0),
+        ((0, 0.24, 1.4), (0.05, 0.05, 0.32), swing, 1.0),
+        ((0, -0.24, 1.4), (0.05, 0.05, 0.32), -swing - 0.6, 1.0),
+        ((0, 0.1, 0.9), (0.08, 0.08, 0.45), -swing, 1.0),
+        ((0, -0.1, 0.9), (0.08, 0.08, 0.45), swing, 1.0),
+    ]
+    for joint, axes, angle, hang in parts:
+        ball = trimesh.creation.icosphere(3)
+        points = ball.vertices @ trimesh.transformations.random_rotation_matrix(rng.random(3))[:3, :3].T
+        points = points * axes - [0, 0, hang * axes[2]]
+        c, s = np.cos(angle), np.sin(angle)
+        vertices.append(points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T + joint)
+        faces.append(ball.faces + count)
+        count += len(points)
+    c, s = np.cos(yaw), np.sin(yaw)
+    turned = np.concatenate(vertices) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+    return turned + np.asarray(position, float), np.concatenate(faces).astype(np.int32)

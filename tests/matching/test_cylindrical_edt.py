@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+import trimesh
+from array_capture import figure
+
+from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.geometry.closest import ClosestPoints
+from unstructured_mg.matching.cylindrical_edt import Cylinder, describe, extent, fit, sample
+
+
+def grid_points(cylinder):
+    radius = (np.arange(cylinder.radii) + 0.5)[:, None, None] * cylinder.radius_step
+    height = (cylinder.bottom + np.arange(cylinder.heights) * cylinder.height_step)[None, :, None]
+    angle = 2 * np.pi * np.arange(cylinder.angles) / cylinder.angles
+    coordinates = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), height)
+    return np.stack(coordinates, axis=-1)
+
+
+def cylinder_of(*meshes, resolution=64):
+    return fit(np.stack([extent(TexturedMesh(*mesh)) for mesh in meshes]), resolution)
+
+
+def test_distances_are_those_of_an_exact_search():
+    vertices, faces = figure(0.4, seed=0)
+    cylinder = cylinder_of((vertices, faces))
+    square = sample(vertices, faces, cylinder)[1]
+    exact = ClosestPoints(vertices, faces).query(grid_points(cylinder).reshape(-1, 3))[0].reshape(square.shape)
+    error = np.sqrt(square) - np.sqrt(exact)
+    assert error.min() > -1e-5  # never too small but for rounding
+    assert error.mean() < 5e-4
+    assert error.max() < cylinder.height_step
+
+
+def test_large_triangles_and_a_surface_off_the_axis():
+    box = trimesh.creation.box((0.3, 0.2, 0.5))
+    vertices, faces = box.vertices + [0.5, 0.2, 0.4], box.faces
+    cylinder = Cylinder(16, 32, 64, 0.05, -0.1, 0.04)
+    indicator, square = sample(vertices, faces, cylinder)
+    exact = ClosestPoints(vertices, faces).query(grid_points(cylinder).reshape(-1, 3))[0].reshape(square.shape)
+    assert np.abs(np.sqrt(square) - np.sqrt(exact)).max() < 0.02
+    assert indicator.sum() == pytest.approx(1, abs=1e-5)
+
+
+def test_the_measure_has_the_moments_of_the_surface():
+    vertices, faces = figure(1.0, seed=1)
+    cylinder = cylinder_of((vertices, faces))
+    indicator = sample(vertices, faces, cylinder)[0].astype(float)
+    points = grid_points(cylinder)
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area /= area.sum()
+    # The mean of a quadratic over a triangle is its mean over the mid-points of the edges.
+    middles = np.stack([(a + b) / 2, (b + c) / 2, (c + a) / 2])
+    for power in ((0, 0, 1), (0, 0, 2), (1, 0, 0), (0, 1, 0), (2, 0, 0), (1, 1, 0), (1, 0, 1)):
+        true = np.einsum("f,cf->", area / 3, np.prod(middles**power, axis=2))
+        found = (indicator * np.prod(points**power, axis=3)).sum()
+        assert found == pytest.approx(true, abs=2e-4), power
+
+
+def test_only_the_surface_counts_not_its_triangles():
+    vertices, faces = figure(0.4, seed=2)
+    fine = trimesh.remesh.subdivide(vertices, faces)
+    doubled = (vertices, np.concatenate([faces, faces[:, ::-1]]))
+    uneven = trimesh.remesh.subdivide(vertices, faces, face_index=np.arange(0, len(faces), 3))
+    cylinder = cylinder_of((vertices, faces))
+    base = sample(vertices, faces, cylinder)
+    for other in (fine, doubled, uneven):
+        indicator, square = sample(*other, cylinder)
+        difference = np.sum((base[0] - indicator) * (square - base[1]), dtype=np.float64) / 2
+        cross = np.sum(base[0] * square + indicator * base[1], dtype=np.float64) / 2
+        own = np.sum(base[0] * base[1] + indicator * square, dtype=np.float64) / 2
+        assert cross - own == pytest.approx(difference, abs=1e-9)
+        assert cross - own < 0.5e-3**2
+
+
+def test_a_frames_own_score_is_nearly_nothing():
+    vertices, faces = figure(0.4, seed=3)
+    mesh = TexturedMesh(vertices, faces)
+    cylinder = cylinder_of((vertices, faces))
+    left, right, own = describe(mesh, extent(mesh), cylinder)
+    assert left.shape == right.shape == (64, 32 * 64) and left.dtype == right.dtype == np.complex64
+    assert 0 <= own < 4e-3**2 < (cylinder.height_step / 6) ** 2
+    total = (left * right).sum(axis=1).real
+    assert (total[0] + 2 * total[1:].sum()) / 128 == pytest.approx(own, abs=1e-6)
+
+
+def test_the_cylinder_holds_every_frame_and_no_debris():
+    low, high = figure(0.0, seed=4), figure(1.5, position=(3, -2, 0.4), seed=5)
+    cylinder = cylinder_of(low, high)
+    top = cylinder.bottom + (cylinder.heights - 1) * cylinder.height_step
+    assert cylinder.bottom < 0 and 2.15 < top < 2.5
+    speck = trimesh.creation.icosphere(1, radius=0.01)
+    vertices = np.concatenate([low[0], speck.vertices + [40, 0, 30]])
+    faces = np.concatenate([low[1], speck.faces + len(low[0])])
+    with_debris = cylinder_of((vertices, faces), high)
+    assert with_debris.radius_step == pytest.approx(cylinder.radius_step, rel=0.1)
+    assert with_debris.height_step == pytest.approx(cylinder.height_step, rel=0.1)
+    indicator, square = sample(vertices, faces, with_debris)
+    assert np.isfinite(square).all() and indicator.sum() == pytest.approx(1, abs=1e-5)
+
+
+def test_a_surface_without_area_is_refused():
+    with pytest.raises(ValueError, match="mesh: expected a surface"):
+        extent(TexturedMesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)))

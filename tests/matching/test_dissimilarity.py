@@ -1,0 +1,193 @@
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+from array_capture import ArrayCapture, figure
+from real_captures import real_capture
+
+from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.matching import cylindrical_edt, dissimilarity, fields
+from unstructured_mg.matching.dissimilarity import compute_dissimilarity
+from unstructured_mg.matching.options import MatchingOptions
+from unstructured_mg.matching.velocity import root_velocities
+from unstructured_mg.matching.window import window_weights
+
+QUICK = MatchingOptions(resolution=32, k=2)
+
+
+def turned_walk(count, seed):
+    """Frames of a walk in place, each turned and shifted at random but smoothly enough for a window."""
+    rng = np.random.default_rng(seed)
+    return [
+        figure(0.5 * i, 0.1 * i + seed, (0.05 * i, rng.random() / 50, 0), seed=100 * seed + i) for i in range(count)
+    ]
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return ArrayCapture(turned_walk(14, 1))
+
+
+@pytest.fixture(scope="module")
+def walk_result(walk, tmp_path_factory):
+    return compute_dissimilarity(walk, QUICK, scratch=tmp_path_factory.mktemp("scratch"))
+
+
+def test_equals_the_definition_summed_directly(walk, walk_result):
+    """Window sums of correlations over rolled grids, evaluated between grid yaws by trigonometric interpolation."""
+    extents = np.stack([cylindrical_edt.extent(walk.read(i)) for i in range(14)])
+    cylinder = cylindrical_edt.fit(extents, 32)
+    grids = [
+        cylindrical_edt.sample(mesh.vertices - [*extent[:2], 0], mesh.faces, cylinder)
+        for mesh, extent in ((walk.read(i), extents[i]) for i in range(14))
+    ]
+    grids = [(x.astype(float), e.astype(float)) for x, e in grids]
+
+    def rolled(s, t):
+        return np.array(
+            [
+                (
+                    (grids[s][0] * np.roll(grids[t][1], turn, 2)).sum()
+                    + (grids[s][1] * np.roll(grids[t][0], turn, 2)).sum()
+                )
+                / 2
+                for turn in range(64)
+            ]
+        )
+
+    weights, velocities = window_weights(2), root_velocities(extents[:, :2], 2, 30.0)
+    dense = np.arange(64 * 20) * 2 * np.pi / (64 * 20)
+    for s, t in ((2, 2), (2, 7), (5, 11), (9, 10)):
+        terms = zip(weights, range(-2, 3), strict=True)
+        values = sum(
+            w * (rolled(s + l, t + l) - (rolled(s + l, s + l)[0] + rolled(t + l, t + l)[0]) / 2) for w, l in terms
+        )
+        between = np.fft.irfft(np.fft.rfft(values)[:32], 64 * 20) * 20
+        between = between + 0.01 * np.abs(velocities[s] - np.exp(1j * dense) * velocities[t]) ** 2
+        best = np.argmin(between)
+        assert walk_result.scores[s, t] ** 2 == pytest.approx(max(between[best], 0), abs=1e-6)
+        turn = walk_result.yaw[s, t] - dense[best]
+        assert abs((turn + np.pi) % (2 * np.pi) - np.pi) <= np.pi / (64 * 20) + 1e-3
+
+
+def test_is_a_symmetric_matrix_with_an_antisymmetric_yaw(walk_result):
+    scores, yaw = walk_result.scores, walk_result.yaw
+    inside = slice(2, 12)
+    assert np.isfinite(scores[inside, inside]).all() and np.isfinite(yaw[inside, inside]).all()
+    outside = np.ones((14, 14), bool)
+    outside[inside, inside] = False
+    assert np.isnan(scores[outside]).all() and np.isnan(yaw[outside]).all()
+    np.testing.assert_array_equal(scores, scores.T)
+    np.testing.assert_array_equal(yaw, -yaw.T)
+    assert (np.diagonal(scores)[inside] == 0).all()
+
+
+def test_yaw_is_found_within_a_degree_between_grid_angles_on_other_meshes(tmp_path):
+    """The same motion twice, re-meshed and turned: rotating the target by +yaw must bring it onto the source."""
+    rng = np.random.default_rng(3)
+    turns = rng.uniform(-np.pi, np.pi, 12)
+    first = [figure(0.3 * i, seed=i) for i in range(5)]
+    clips, meshes = [("source", range(5))], list(first)
+    for number, turn in enumerate(turns):
+        motion = PlanarRigid(turn, *rng.normal(size=2)).inverse()
+        meshes += [
+            (motion.apply(vertices), faces)
+            for vertices, faces in (figure(0.3 * i, seed=50 + 7 * i + number) for i in range(5))
+        ]
+        clips.append((f"turned {number}", range(5)))
+    found = compute_dissimilarity(ArrayCapture(meshes, clips=clips), MatchingOptions(k=2), scratch=tmp_path)
+    centres = 5 * np.arange(1, 13) + 2
+    error = np.degrees(np.abs((found.yaw[2, centres] - turns + np.pi) % (2 * np.pi) - np.pi))
+    assert error.max() < 0.2
+    assert found.scores[2, centres].max() < 2e-3
+
+
+def test_neighbours_differ_by_their_motion_and_not_by_the_grid(tmp_path):
+    """Slow motion: the score of frames l apart grows with l, from little at once and not from a grid's 10 mm."""
+    capture = ArrayCapture([figure(0.02 * i, seed=i) for i in range(24)])
+    scores = compute_dissimilarity(capture, MatchingOptions(k=2), scratch=tmp_path).scores
+    means = [np.nanmean(np.diagonal(scores, lag)) for lag in (2, 4, 8, 16)]
+    np.testing.assert_allclose(means, means[3] * np.array([1, 2, 4, 8]) / 8, rtol=0.25)
+    assert means[0] < 5e-3
+
+
+def test_a_jump_does_not_match_a_stand(tmp_path):
+    meshes = [figure(0.0, seed=i) for i in range(5)] + [
+        figure(0.0, position=(0, 0, 0.3), seed=10 + i) for i in range(5)
+    ]
+    capture = ArrayCapture(meshes, clips=[("stand", range(5)), ("jump", range(5))])
+    assert compute_dissimilarity(capture, QUICK, scratch=tmp_path).scores[2, 7] > 0.05
+
+
+def test_walking_on_the_spot_does_not_match_walking(tmp_path):
+    step = 1.4 / 30
+    spot = [figure(0.2 * i, seed=i) for i in range(7)]
+    walking = [figure(0.2 * i, position=(step * i, 0, 0), seed=20 + i) for i in range(7)]
+    turned = [figure(0.2 * i, 2.0, (step * i * np.cos(2), step * i * np.sin(2), 0), seed=40 + i) for i in range(7)]
+    clips = [(name, range(7)) for name in ("spot", "walking", "turned")]
+    capture = ArrayCapture(spot + walking + turned, clips=clips)
+    with_root = compute_dissimilarity(capture, MatchingOptions(k=3, resolution=32), scratch=tmp_path)
+    assert with_root.scores[3, 10] > 0.1 > 0.025 * with_root.size
+    assert with_root.scores[10, 17] < 0.01
+    assert with_root.yaw[10, 17] == pytest.approx(-2.0, abs=0.02)
+    without = compute_dissimilarity(capture, MatchingOptions(k=3, resolution=32, velocity_seconds=0), scratch=tmp_path)
+    assert without.scores[3, 10] < 0.01
+
+
+def test_windows_stay_inside_clips_and_between_gaps(tmp_path):
+    meshes = turned_walk(16, 2)
+    clips = [("a", [0, 1, 2, 3, 4, 5, 7, 8, 9, 10, 11]), ("b", range(5))]
+    result = compute_dissimilarity(ArrayCapture(meshes, clips=clips), QUICK, scratch=tmp_path)
+    assert np.flatnonzero(np.isfinite(np.diagonal(result.scores))).tolist() == [2, 3, 8, 13]
+
+
+def test_tiles_and_files_do_not_show(walk, walk_result, tmp_path, monkeypatch):
+    monkeypatch.setattr(dissimilarity, "TILE", 4)
+    monkeypatch.setattr(dissimilarity, "CHUNK", 5)
+    monkeypatch.setattr(fields, "BLOCK", 3)
+    progress = []
+    tiled = compute_dissimilarity(walk, QUICK, scratch=tmp_path, progress=lambda *report: progress.append(report))
+    np.testing.assert_allclose(tiled.scores**2, walk_result.scores**2, atol=1e-7)
+    assert progress == sorted(progress) and progress[-1] == (42, 42) and {total for _, total in progress} == {42}
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_workers_do_not_change_a_bit(walk, walk_result, tmp_path):
+    with ProcessPoolExecutor(2) as executor:
+        shared = compute_dissimilarity(walk, QUICK, scratch=tmp_path, executor=executor)
+    assert shared.scores.tobytes() == walk_result.scores.tobytes()
+    assert shared.yaw.tobytes() == walk_result.yaw.tobytes()
+
+
+@pytest.mark.parametrize("count", [0, 1, 4])
+def test_a_capture_shorter_than_a_window_has_no_scores(count, tmp_path):
+    result = compute_dissimilarity(ArrayCapture([figure(0.0)] * count), QUICK, scratch=tmp_path)
+    assert result.scores.shape == (count, count) and np.isnan(result.scores).all()
+
+
+def test_real_frames_turned_and_cut_otherwise(tmp_path):
+    """Real frames against a copy of them turned between grid angles: yaw within a degree, next to no distance."""
+    folder = real_capture("liam", "0:9")
+    meshes = [read_obj(path) for path in sorted(folder.glob("*.obj"))]
+    turn = np.radians(41.3)
+    motion = PlanarRigid(turn, 0.5, -1.0)
+    order = np.random.default_rng(0)
+    turned = [(motion.apply(v), np.ascontiguousarray(order.permutation(f)[:, [1, 2, 0]])) for v, f in meshes]
+    capture = ArrayCapture(meshes + turned, clips=[("as it is", range(9)), ("turned", range(9))])
+    result = compute_dissimilarity(capture, MatchingOptions(k=2), scratch=tmp_path)
+    pairs = np.arange(2, 7), np.arange(11, 16)
+    assert np.abs(np.degrees(result.yaw[pairs] + turn)).max() < 0.2
+    assert result.scores[pairs].max() < 1e-3
+    neighbours = result.scores[np.arange(2, 6), np.arange(3, 7)]
+    assert neighbours.max() < 3e-3  # a man who stands still: not the grid's 10 mm
+
+
+def read_obj(path):
+    vertices, faces = [], []
+    for line in path.read_text().splitlines():
+        if line.startswith("v "):
+            vertices.append(line.split()[1:4])
+        elif line.startswith("f "):
+            faces.append([corner.split("/")[0] for corner in line.split()[1:4]])
+    vertices = np.array(vertices, float)[:, [0, 2, 1]] * [1, -1, 1]
+    return vertices - [0, 0, vertices[:, 2].min()], np.array(faces, np.int32) - 1

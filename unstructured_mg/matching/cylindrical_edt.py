@@ -1,0 +1,125 @@
+"""The descriptor of P A.1: a surface's area and squared distance transform on one cylinder for the whole capture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+
+from unstructured_mg import _native
+from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.geometry.laplacian import face_areas
+
+# This share of a frame's area may lie outside the cylinder at each end (stray triangles); it counts as lying on its
+# border.
+OUTSIDE = 2e-3
+# No frame makes the cylinder wider or higher than this many times the median frame: a broken one must not coarsen the
+# rest.
+WIDEST = 4.0
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Grid of ``radii`` x ``heights`` x ``angles`` points about a vertical axis through a frame's centre of mass.
+
+    Point (j, i, a) lies at radius ``(j + 1/2) radius_step``, height ``bottom + i height_step`` (metres above the
+    floor: heights are not centred, a jump does not match a stand) and angle ``2 pi a / angles``.
+    """
+
+    radii: int
+    heights: int
+    angles: int
+    radius_step: float
+    bottom: float
+    height_step: float
+
+
+def shape(resolution: int) -> tuple[int, int, int]:
+    """Frequencies, cells (radius by height) and angles. The frequency ``angles / 2`` carries no direction: left out."""
+    return resolution, resolution // 2 * resolution, 2 * resolution
+
+
+def extent(mesh: TexturedMesh) -> np.ndarray:
+    """``(5,) float64``: the centre of mass x, y; but for outlying area, radius about it, least and most height."""
+    area = face_areas(mesh.vertices, mesh.faces)
+    if not area.sum() > 0:
+        raise ValueError("mesh: expected a surface with an area, got none")
+    centres = mesh.vertices[mesh.faces].mean(axis=1)
+    axis = area @ centres[:, :2] / area.sum()
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+    weights = np.repeat(area, 3)
+    radius = _quantile(np.hypot(*(corners[:, :2] - axis).T), weights, 1 - OUTSIDE)
+    low, high = _quantile(corners[:, 2], weights, OUTSIDE), _quantile(corners[:, 2], weights, 1 - OUTSIDE)
+    return np.array([*axis, radius, low, high])
+
+
+def fit(extents: np.ndarray, resolution: int) -> Cylinder:
+    """The cylinder around all frames, from their ``extents`` (n, 5), with a margin for the cubic stencil."""
+    radius = min(extents[:, 2].max(), WIDEST * np.median(extents[:, 2]))
+    middle = np.median(extents[:, 3:].mean(axis=1))
+    half = WIDEST * np.median(extents[:, 4] - extents[:, 3]) / 2
+    low, high = max(extents[:, 3].min(), middle - half), min(extents[:, 4].max(), middle + half)
+    size = max(radius, high - low)
+    radius, height = max(radius, 1e-3 * size), max(high - low, 1e-3 * size)
+    radii, heights = resolution // 2, resolution
+    height_step = height / (heights - 4)
+    return Cylinder(
+        radii,
+        heights,
+        2 * resolution,
+        float(radius / (radii - 2.5)),
+        float(low - 1.5 * height_step),
+        float(height_step),
+    )
+
+
+def describe(mesh: TexturedMesh, extent: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray, float]:
+    """Fourier coefficients over the angle of the area measure X and, conjugated, of the squared distance E.
+
+    X holds the frame's area, scaled to a total of 1, spread from dense samples by cubic convolution, so that <X, E>
+    is the mean over the surface of E interpolated by cubics. These reproduce quadratics, and a squared distance is
+    one near a smooth surface: a frame's score against itself is about (2 mm)^2, not the (1 cm)^2 of trilinear
+    spreading, and does not hide the motion between neighbouring frames. X is a measure and not a density: the paper's
+    factor m (radius) is in it.
+
+    Returns (angles / 2, radii * heights) complex64 twice and D_ii(0) = <X, E> in square metres. The one frequency
+    left out, angles / 2, carries no direction.
+    """
+    indicator, square = sample(mesh.vertices - [extent[0], extent[1], 0.0], mesh.faces, cylinder)
+    own = float(np.einsum("jia,jia->", indicator, square, dtype=np.float64))
+    keep = cylinder.angles // 2
+    left, right = (
+        scipy.fft.rfft(field.reshape(-1, cylinder.angles), axis=1)[:, :keep].T for field in (indicator, square)
+    )
+    return left, right.conj(), own
+
+
+def sample(vertices: np.ndarray, faces: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray]:
+    """Area measure (total 1) and squared distance in m^2, both ``(radii, heights, angles) float32``.
+
+    Triangles are cut into parts of at most one grid step. A distance is that to the triangle whose part was found
+    nearest by two rounds of handing sites on along the three grid directions: never too small; too large by 0.3 mm on
+    average and 14 mm at most on captured people, at a grid step of 30 mm.
+    """
+    shape = (cylinder.radii, cylinder.heights, cylinder.angles)
+    indicator, square = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    _native.cylindrical_edt(
+        np.ascontiguousarray(vertices, np.float64),
+        np.ascontiguousarray(faces, np.int32),
+        indicator,
+        square,
+        *shape,
+        cylinder.radius_step,
+        cylinder.bottom,
+        cylinder.height_step,
+        min(cylinder.radius_step, cylinder.height_step),
+        2,
+    )
+    indicator /= indicator.sum(dtype=np.float64)
+    return indicator, square
+
+
+def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
+    """Least value below or at which ``share`` of the weight lies."""
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weights[order])
+    return float(values[order][min(np.searchsorted(total, share * total[-1]), len(order) - 1)])

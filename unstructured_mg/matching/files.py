@@ -1,0 +1,35 @@
+"""A Matching on disk: ``dissimilarity.npz`` (scores and yaw, (n, n) float32) and ``matching.json`` (the rest)."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from unstructured_mg.matching.candidates import Candidate
+from unstructured_mg.matching.dissimilarity import Dissimilarity
+from unstructured_mg.matching.match import Matching
+
+
+def write_matching(matching: Matching, folder: Path) -> None:
+    """Write into ``folder``, made where it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    dissimilarity = matching.dissimilarity
+    np.savez(folder / "dissimilarity.npz", scores=dissimilarity.scores, yaw=dissimilarity.yaw)
+    content = {
+        "k": dissimilarity.k,
+        "size": dissimilarity.size,
+        "threshold": matching.threshold,
+        "candidates": [asdict(candidate) for candidate in matching.candidates],
+        "nearest": [asdict(candidate) for candidate in matching.nearest],
+    }
+    (folder / "matching.json").write_text(json.dumps(content, indent=1) + "\n")
+
+
+def read_matching(folder: Path) -> Matching:
+    """Read back what ``write_matching`` wrote."""
+    content = json.loads((folder / "matching.json").read_text())
+    with np.load(folder / "dissimilarity.npz", allow_pickle=False) as arrays:
+        dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], content["k"], content["size"])
+    candidates, nearest = (tuple(Candidate(**entry) for entry in content[key]) for key in ("candidates", "nearest"))
+    return Matching(dissimilarity, candidates, nearest, content["threshold"])
