@@ -28,20 +28,6 @@ class ArrayCapture(Capture):
     def read(self, index):
         return TexturedMesh(*self.meshes[index])
 
-    def runs(self):
-        cuts = [0]
-        for i in range(1, len(self.frames)):
-            a, b = self.frames[i - 1], self.frames[i]
-            if a.clip != b.clip or b.number != a.number + 1:
-                cuts.append(i)
-        return [range(a, b) for a, b in zip(cuts, [*cuts[1:], len(self.frames)], strict=True) if b > a]
-
-    def window_centres(self, k):
-        centres = np.zeros(len(self.frames), bool)
-        for run in self.runs():
-            centres[run.start + k : max(run.start + k, run.stop - k)] = True
-        return centres
-
 
 def figure(phase, yaw=0.0, position=(0.0, 0.0, 0.0), seed=None):
     """A 1.8 m figure with a nose, swinging its limbs once in ``phase`` 2 pi; every ``seed`` is another mesh."""
