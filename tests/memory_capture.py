@@ -1,0 +1,57 @@
+"""A capture whose frames live in memory, for tests of what comes after reading."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from unstructured_mg.capture.capture import Capture, FrameFile
+from unstructured_mg.capture.mesh import TexturedMesh
+
+
+@dataclass(frozen=True)
+class MemoryCapture(Capture):
+    meshes: tuple[TexturedMesh, ...] = ()
+
+    def frame_id(self, index: int) -> str:
+        frame = self.frames[index]
+        clips = {frame.clip for frame in self.frames}
+        return f"{frame.clip}:{frame.number}" if len(clips) > 1 else str(frame.number)
+
+    def runs(self) -> list[range]:
+        keys = [(frame.clip, frame.number) for frame in self.frames]
+        starts = [i for i, (clip, number) in enumerate(keys) if i == 0 or keys[i - 1] != (clip, number - 1)]
+        return [range(a, b) for a, b in zip(starts, [*starts[1:], len(keys)], strict=True)]
+
+    def read(self, index: int) -> TexturedMesh:
+        return self.meshes[index]
+
+
+def memory_capture(
+    names: Sequence[tuple[str, int]], meshes: Sequence[TexturedMesh] = (), **rest: object
+) -> MemoryCapture:
+    """A capture of frames with the given (clip, number)."""
+    frames = tuple(FrameFile(clip, number, Path(f"{clip}/frame_{number}.obj")) for clip, number in names)
+    return MemoryCapture(Path("capture"), frames, 30.0, 1.0, "y", 0.0, meshes=tuple(meshes), **rest)
+
+
+def box(
+    colour: tuple[int, int, int], size: Sequence[float] = (0.4, 0.3, 1.8), at: Sequence[float] = (0, 0, 0)
+) -> TexturedMesh:
+    """A box in one vertex colour that stands on the floor at ``at``."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+    faces = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+    ]
+    faces += [[1, 5, 7], [1, 7, 3]]
+    return TexturedMesh(corners * size + at, np.array(faces, np.int32), colors=np.full((8, 3), colour, np.uint8))
