@@ -1,0 +1,395 @@
+"""``umg report``: one HTML file that needs nothing beside it, neither a server nor scripts nor a connection."""
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from unstructured_mg.matching.candidates import Candidate
+from unstructured_mg.playback.pictures import Picture, Seam, TransitionPictures
+from unstructured_mg.playback.plot_matrix import plot_matrix
+from unstructured_mg.playback.plot_timeline import plot_timeline
+from unstructured_mg.playback.plot_visits import plot_visits
+from unstructured_mg.playback.quality import quality_rows
+from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
+from unstructured_mg.playback.svg import data_uri, number
+
+
+def write_report(data: ReportData, out: Path) -> None:
+    """Write the report to the file ``out``, whole or not at all. Pictures are asked for one transition at a time."""
+    handle, name = tempfile.mkstemp(dir=out.parent, prefix=f".{out.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            for part in _page(data):
+                file.write(part)
+            file.flush()
+            os.fsync(file.fileno())
+        # mkstemp's files are private; a report is for everybody who may read the folder.
+        os.chmod(name, 0o644)
+        os.replace(name, out)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def _page(data: ReportData) -> Iterator[str]:
+    style = resources.files("unstructured_mg.playback").joinpath("report.css").read_text(encoding="utf-8")
+    yield (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(data.title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+    )
+    yield _top(data)
+    yield f'<main>\n<h1>{escape(data.title)}</h1>\n<p class="lead">{escape(_lead(data))}</p>\n'
+    yield _tiles(data)
+    yield _capture(data)
+    yield _tables(data)
+    yield _matching(data)
+    yield _timeline(data)
+    yield _visits(data)
+    yield from _transitions(data)
+    yield _refused(data)
+    yield _nearest(data)
+    made = f"unstructured_mg {data.version}".strip()
+    yield f"<footer>Made by {escape(made)}.</footer>\n</main>\n</body>\n</html>\n"
+
+
+def _kept(data: ReportData) -> list[PairOutcome]:
+    return [pair for pair in data.pairs if pair.status == "kept"]
+
+
+def _refusals(data: ReportData) -> list[PairOutcome]:
+    return [pair for pair in data.pairs if pair.status != "kept"]
+
+
+def _top(data: ReportData) -> str:
+    links = [("Capture", "capture"), ("Matching", "matching")]
+    if data.covered is not None:
+        links.append(("Graph", "graph"))
+    if data.transitions:
+        links.append(("Transitions", "transitions"))
+    if _refusals(data):
+        links.append(("Refused", "refused"))
+    items = "".join(f'<a href="#{anchor}">{name}</a>' for name, anchor in links)
+    speed = ""
+    if data.transitions:
+        choices = [("full", "full"), ("half", "half"), ("quarter", "quarter"), ("still", "still")]
+        speed = '<fieldset class="speed"><legend>Speed</legend>' + "".join(
+            f'<label><input type="radio" name="speed" id="{key}"{" checked" if key == "half" else ""}>{text}</label>'
+            for key, text in choices
+        )
+        speed += "</fieldset>"
+    return f'<div class="top"><div>{items}{speed}</div></div>\n'
+
+
+def _lead(data: ReportData) -> str:
+    frames = len(data.capture)
+    if not data.pairs and not data.candidates:
+        return f"{_count(frames, 'captured frame')}; no two windows are alike enough for a transition."
+    kept = len(_kept(data))
+    text = f"{_count(frames, 'captured frame')}, {_count(len(data.candidates), 'candidate pair')}, {kept} kept"
+    if data.covered is not None:
+        played = sum(entry.in_graph for entry in data.transitions)
+        text += f": a graph of {_count(int(data.covered.sum()), 'frame')} and {_count(played, 'transition')}"
+    return text + "."
+
+
+def _count(count: int, noun: str) -> str:
+    return f"{count} {noun}" + ("" if count == 1 else "s")
+
+
+def _tiles(data: ReportData) -> str:
+    frames = len(data.capture)
+    tiles = [("frames captured", str(frames), "")]
+    if data.covered is not None:
+        covered = int(data.covered.sum())
+        tiles.append(("frames in the graph", str(covered), f" {100 * covered / max(frames, 1):.0f} %"))
+    tiles.append(("candidate pairs", str(len(data.candidates)), ""))
+    tiles.append(("pairs refused", str(len(_refusals(data))), ""))
+    tiles.append(("pairs kept", str(len(_kept(data))), ""))
+    if data.stage_minutes:
+        tiles.append(("minutes", _minutes(sum(minutes for _, minutes in data.stage_minutes)), ""))
+    items = "".join(
+        f"<div><dt>{name}</dt><dd>{value}{f'<small>{extra}</small>' if extra else ''}</dd></div>"
+        for name, value, extra in tiles
+    )
+    return f'<dl class="tiles">{items}</dl>\n'
+
+
+def _capture(data: ReportData) -> str:
+    rows = [[_cell(label, "th"), _cell(value)] for label, value in data.capture_summary]
+    parts = ['<h2 id="capture">Capture</h2>\n<div class="card">', f'<div class="facts">{_table("", [], rows)}</div>']
+    if data.capture.warnings:
+        sentences = "".join(f"<li>{escape(warning)}</li>" for warning in data.capture.warnings)
+        parts.append(f'<h3>Assumed</h3><ul class="warnings">{sentences}</ul>')
+    if data.capture.faults:
+        faults = [[_cell(fault.file, "th"), _cell(fault.fault), _cell(fault.remedy)] for fault in data.capture.faults]
+        title = f"{_count(len(faults), 'frame')} could not be used"
+        parts.append(_table(title, [_cell(name, "th") for name in ("file", "fault", "remedy")], faults))
+    return "".join(parts) + "</div>\n"
+
+
+def _tables(data: ReportData) -> str:
+    """The tables of P: what went in and came out (Table 1), and the minutes of each stage (Table 2)."""
+    counts = [
+        ("frames captured", len(data.capture)),
+        ("candidate pairs", len(data.candidates)),
+        ("pairs tried", len(data.pairs)),
+        ("pairs refused", len(_refusals(data))),
+        ("pairs kept", len(_kept(data))),
+        ("transitions made", len(data.transitions)),
+    ]
+    if data.covered is not None:
+        counts.append(("transitions in the graph", sum(entry.in_graph for entry in data.transitions)))
+        counts.append(("frames in the graph", int(data.covered.sum())))
+    first = _table("In and out", [], [[_cell(name, "th"), _figure(str(count))] for name, count in counts])
+    if not data.stage_minutes:
+        return f'<h2 id="summary">Summary</h2>\n<div class="card">{first}</div>\n'
+    total = sum(minutes for _, minutes in data.stage_minutes)
+    rows = [[_cell(stage, "th"), _figure(_minutes(minutes))] for stage, minutes in data.stage_minutes]
+    second = _table("Minutes", [], rows, foot=[_cell("total", "th"), _figure(_minutes(total))])
+    return (
+        '<h2 id="summary">Summary</h2>\n<div class="columns">'
+        f'<div class="card">{first}</div><div class="card">{second}</div></div>\n'
+    )
+
+
+def _matching(data: ReportData) -> str:
+    parts = ['<h2 id="matching">Matching</h2>\n']
+    if data.scores is None:
+        return parts[0] + "<p>There is no matching result yet.</p>\n"
+    parts.append(
+        "<p>How unlike the motion around each two frames is, at the best turn of the figure. Dark valleys away from "
+        "the diagonal are moments that resemble each other; a candidate scores less than "
+        f"{number(data.threshold)}.</p>"
+    )
+    plot = plot_matrix(data.capture, data.scores, data.threshold, data.gap, data.pairs)
+    key = []
+    if _kept(data):
+        key.append('<li><i class="ring"></i>kept</li>')
+    if _refusals(data):
+        key.append('<li><i class="cross">×</i>refused</li>')
+    key.append(f"<li>dashed: pairs less than {_count(data.gap, 'frame')} apart are not considered</li>")
+    parts.append(f'<div class="card"><div class="matrix">{plot}</div><ul class="key">{"".join(key)}</ul></div>\n')
+    return "".join(parts)
+
+
+def _timeline(data: ReportData) -> str:
+    if not data.transitions:
+        return ""
+    plot = plot_timeline(data.capture, data.covered, data.transitions)
+    return (
+        '<h2 id="graph">Graph</h2>\n<p>Each arc is a synthesized transition between two captured frames: forward in '
+        "time above the frames, back below. Strong frames belong to the graph: a walk can go on from each of them for "
+        "ever.</p>"
+        f'<div class="card"><div class="scroll">{plot}</div></div>\n'
+    )
+
+
+def _visits(data: ReportData) -> str:
+    notes = "".join(f"<p>{escape(note)}</p>" for note in data.notes)
+    if data.covered is None or data.visiting_before is None or data.visiting_after is None:
+        return notes
+    frames = int(data.covered.sum())
+    before, after = (
+        float(np.abs(visits[data.covered] * frames - 1).mean())
+        for visits in (data.visiting_before, data.visiting_after)
+    )
+    plot = plot_visits(data.capture, data.covered, data.visiting_before, data.visiting_after)
+    return (
+        "<h3>Visits</h3><p>How often an endless random walk shows each captured frame, in multiples of an even share. "
+        f"The mean distance from an even share is {number(before)} with even choices and {number(after)} with the "
+        f"chosen probabilities.</p>{notes}"
+        f'<div class="card"><div class="scroll">{plot}</div><ul class="key">'
+        '<li><i style="color:var(--accent)" class="dash"></i>even share</li>'
+        '<li><i style="color:var(--made)"></i>even choices</li>'
+        '<li><i style="color:var(--ink)"></i>chosen probabilities</li></ul></div>\n'
+    )
+
+
+def _transitions(data: ReportData) -> Iterator[str]:
+    if not data.transitions:
+        return
+    yield (
+        '<h2 id="transitions">Transitions</h2>\n<p>Captured frames stand left and right of the orange lines, '
+        "synthesized ones between them, all in the place of the transition's first frame and seen by one camera. The "
+        "heat maps show what changes across a seam, and beside it what changes between the captured frames that follow "
+        "each other there: a good seam is no brighter.</p>\n"
+    )
+    outcomes = {(pair.candidate.source, pair.candidate.target): pair for pair in data.pairs}
+    by_pair: dict[tuple[int, int], list[TransitionEntry]] = {}
+    for entry in data.transitions:
+        first, second = sorted((entry.source, entry.target))
+        by_pair.setdefault((first, second), []).append(entry)
+    for key in [key for key in outcomes if key in by_pair] + [key for key in by_pair if key not in outcomes]:
+        yield _pair_head(data, key, outcomes.get(key))
+        for entry in by_pair[key]:
+            yield _way(data, entry)
+        yield "</article>\n"
+
+
+def _pair_head(data: ReportData, key: tuple[int, int], outcome: PairOutcome | None) -> str:
+    source, target = (escape(data.capture.frame_id(index)) for index in key)
+    text = "" if outcome is None else _candidate_numbers(outcome.candidate)
+    return (
+        f'<article class="card pair" id="pair-{key[0]}-{key[1]}"><h3>Frames {source} and {target}</h3>'
+        f'<p class="numbers">{text}</p>'
+    )
+
+
+def _candidate_numbers(candidate: Candidate) -> str:
+    return f"score {number(candidate.score)}, turned by {_degrees(candidate.yaw)}"
+
+
+def _way(data: ReportData, entry: TransitionEntry) -> str:
+    name = data.capture.frame_id
+    badge = (
+        '<span class="badge good">in the graph</span>'
+        if entry.in_graph
+        else '<span class="badge">outside the graph</span>'
+    )
+    shift = float(np.hypot(entry.alignment.x, entry.alignment.y))
+    pictures = data.pictures(entry.source, entry.target)
+    rows = [
+        [
+            _cell(row.name, "th"),
+            _figure(row.value),
+            _figure(row.limit),
+            f'<td class="figure {row.verdict}">{row.verdict}</td>',
+        ]
+        for row in quality_rows(entry.card)
+    ]
+    head = [_cell("measure", "th"), _figure("value", "th"), _figure("limit", "th"), _figure("verdict", "th")]
+    card = f'<div class="scroll">{_table("Quality", head, rows)}</div>' if rows else ""
+    return (
+        f'<section class="way"><h4>{escape(name(entry.source))} to {escape(name(entry.target))} {badge}</h4>'
+        f'<p class="numbers">leaves at frame {escape(name(entry.source - entry.k))}, {2 * entry.k - 1} synthesized '
+        f"frames, arrives at frame {escape(name(entry.target + entry.k))}; cost {number(entry.cost)}; the target is "
+        f"turned by {_degrees(entry.alignment.yaw)} and moved by {number(shift)} m</p>"
+        f'<div class="play">{_film(pictures)}<div>{card}</div></div>{_sheet(pictures)}'
+        f'<div class="seams">{_seam("First seam", pictures.start)}{_seam("Last seam", pictures.end)}</div></section>\n'
+    )
+
+
+def _film(pictures: TransitionPictures) -> str:
+    frames = pictures.film_frames
+    first, last = pictures.film_steps
+    width = pictures.film.width // frames
+    inside = f"left:{100 * first / frames:.3f}%;width:{100 * (last - first + 1) / frames:.3f}%"
+    return (
+        f'<figure style="width:{width}px;max-width:100%;--film:{frames / pictures.fps:.4f}s;--frames:{frames}">'
+        f'<div class="film">{_image(pictures.film, "The transition, playing", f"width:{100 * frames}%")}</div>'
+        f'<div class="track"><i style="{inside}"></i><div class="head"></div></div>'
+        "<figcaption>blue: captured, orange: synthesized</figcaption></figure>"
+    )
+
+
+def _sheet(pictures: TransitionPictures) -> str:
+    labels = "".join(f'<b class="{column.kind}">{escape(column.label)}</b>' for column in pictures.columns)
+    alternative = f"Contact sheet of the transition from frame {pictures.source} to frame {pictures.target}"
+    return (
+        f'<div class="scroll"><figure class="sheet"><div class="labels">{labels}</div>'
+        f"{_image(pictures.sheet, alternative)}</figure></div>"
+    )
+
+
+def _seam(title: str, seam: Seam) -> str:
+    labels = "".join(f"<span>{escape(label)}</span>" for label in seam.labels)
+    return (
+        f'<figure class="seam"><div class="labels">{labels}</div>{_image(seam.picture, title)}'
+        f"<figcaption>{title}: mean change {number(seam.change)} levels of 255; the capture's own "
+        f"{number(seam.own_change)}</figcaption></figure>"
+    )
+
+
+def _image(picture: Picture, alternative: str, style: str = "") -> str:
+    extra = f' style="{style}"' if style else ""
+    return (
+        f'<img src="{data_uri(picture.data, "image/jpeg")}" width="{picture.width}" height="{picture.height}" '
+        f'alt="{escape(alternative)}" loading="lazy" decoding="async"{extra}>'
+    )
+
+
+def _refused(data: ReportData) -> str:
+    refusals = _refusals(data)
+    if not refusals:
+        return ""
+    rows = [
+        [
+            _cell(" and ".join(data.capture.frame_id(i) for i in (pair.candidate.source, pair.candidate.target)), "th"),
+            _figure(number(pair.candidate.score)),
+            _cell(pair.stage),
+            _cell(pair.reason),
+            _cell(", ".join(f"{name.replace('_', ' ')} {number(value)}" for name, value in pair.measures.items())),
+        ]
+        for pair in refusals
+    ]
+    anchors = [f"pair-{pair.candidate.source}-{pair.candidate.target}" for pair in refusals]
+    head = [_cell("pair", "th"), _figure("score", "th"), *(_cell(n, "th") for n in ("stage", "reason", "numbers"))]
+    table = _table("", head, rows, anchors)
+    return f'<h2 id="refused">Refused pairs</h2>\n<div class="card"><div class="scroll">{table}</div></div>\n'
+
+
+def _nearest(data: ReportData) -> str:
+    if not data.nearest:
+        return ""
+    rows = [
+        [
+            _cell(" and ".join(data.capture.frame_id(i) for i in (candidate.source, candidate.target)), "th"),
+            _figure(number(candidate.score)),
+            _figure(f"{number(candidate.score / data.threshold)} ×" if data.threshold > 0 else ""),
+            _figure(_degrees(candidate.yaw)),
+        ]
+        for candidate in data.nearest
+    ]
+    head = [_cell("pair", "th"), *(_figure(name, "th") for name in ("score", "of the threshold", "turned by"))]
+    table = f'<div class="scroll">{_table("", head, rows)}</div>'
+    if data.candidates:
+        return f'<details class="card"><summary>Nearest pairs, candidates or not</summary>{table}</details>\n'
+    return (
+        f'<h2 id="nearest">Nearest pairs</h2>\n<p>No pair scores less than the threshold of {number(data.threshold)}. '
+        f'These come nearest.</p><div class="card">{table}</div>\n'
+    )
+
+
+def _degrees(radians: float) -> str:
+    turned = (np.degrees(radians) + 180) % 360 - 180
+    return f"{turned:.1f}°".replace("-", "−")
+
+
+def _minutes(minutes: float) -> str:
+    return f"{minutes:.2f}" if minutes < 10 else f"{minutes:.1f}"
+
+
+def _cell(text: str, tag: str = "td") -> str:
+    return f"<{tag}>{escape(text)}</{tag}>"
+
+
+def _figure(text: str, tag: str = "td") -> str:
+    return f'<{tag} class="figure">{escape(text)}</{tag}>'
+
+
+def _table(
+    caption: str,
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    anchors: Sequence[str] = (),
+    foot: Sequence[str] = (),
+) -> str:
+    """A table of ready cells; ``anchors`` are the ids of its rows."""
+    body = "".join(
+        f"<tr{f' id={chr(34)}{anchors[i]}{chr(34)}' if anchors else ''}>{''.join(row)}</tr>"
+        for i, row in enumerate(rows)
+    )
+    return (
+        "<table>"
+        + (f"<caption>{escape(caption)}</caption>" if caption else "")
+        + (f"<thead><tr>{''.join(head)}</tr></thead>" if head else "")
+        + f"<tbody>{body}</tbody>"
+        + (f"<tfoot><tr>{''.join(foot)}</tr></tfoot>" if foot else "")
+        + "</table>"
+    )
