@@ -14,16 +14,6 @@ from unstructured_mg.capture.mesh import TexturedMesh
 class MemoryCapture(Capture):
     meshes: tuple[TexturedMesh, ...] = ()
 
-    def frame_id(self, index: int) -> str:
-        frame = self.frames[index]
-        clips = {frame.clip for frame in self.frames}
-        return f"{frame.clip}:{frame.number}" if len(clips) > 1 else str(frame.number)
-
-    def runs(self) -> list[range]:
-        keys = [(frame.clip, frame.number) for frame in self.frames]
-        starts = [i for i, (clip, number) in enumerate(keys) if i == 0 or keys[i - 1] != (clip, number - 1)]
-        return [range(a, b) for a, b in zip(starts, [*starts[1:], len(keys)], strict=True)]
-
     def read(self, index: int) -> TexturedMesh:
         return self.meshes[index]
 

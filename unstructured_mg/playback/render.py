@@ -41,7 +41,7 @@ class Drawable:
 
 @dataclass(frozen=True)
 class Rendering:
-    """``image (height, width, 3) uint8``; ``coverage (height, width) uint8`` is the mesh's share of a pixel, 255 for all."""
+    """``image (height, width, 3) uint8``; ``coverage (height, width) uint8`` is the mesh's share, 255 for all."""
 
     image: np.ndarray
     coverage: np.ndarray
