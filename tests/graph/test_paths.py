@@ -9,7 +9,7 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
-from unstructured_mg.graph.paths import Path, frame_ranges, shortest_path
+from unstructured_mg.graph.paths import Path, shortest_path
 
 
 def names(graph, path):
@@ -82,11 +82,3 @@ def test_frames_outside_and_goals_behind_are_refused_by_name():
     for start, goal in ((20, 2), (2, 40)):
         with pytest.raises(UserError, match=re.escape(f"Frame {capture.frame_id(goal)} cannot be reached from frame ")):
             shortest_path(line, start, goal, capture)
-
-
-def test_ranges_break_at_gaps_and_clips():
-    capture = toy_capture(4, 3, 2, clips=True)
-    graph = build_graph(capture, [])
-    assert frame_ranges(graph.frames, capture) == "a:1 to a:4, b:1 to b:3 and c:1 to c:2"
-    assert frame_ranges(graph.frames[[0, 1, 3]], capture) == "a:1 to a:2 and a:4"
-    assert frame_ranges(graph.frames[[0, 2, 5, 8]], capture, most=2) == "a:1, ... and c:2"

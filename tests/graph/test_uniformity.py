@@ -7,6 +7,7 @@ from toy_graph import frame_successors, random_case
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
+from unstructured_mg.graph.uniformity import obstacle_sentence
 
 
 def captured_ways(graph, capture):
@@ -51,13 +52,20 @@ def test_each_obstacle_is_true(seed):
 
 
 def test_the_ends_of_a_loop_are_named():
-    # Frames 15..75 loop by 75 -> 15; 25 -> 55 skips: 24's and 25's neighbours crowd nothing, but 54 and 25 share 55.
+    # Frames 15..75 loop by 75 -> 15, and 25 -> 55 skips some.
     links = [Link(80, 10, 5, PlanarRigid(), 0.0), Link(30, 50, 5, PlanarRigid(), 0.0)]
     graph = build_graph(toy_capture(100), links)
     assert graph.obstacles == ()  # never skipping is uniform
     # With the way back leading to 20 instead, 15..19 are entered only by a second way back, from 60.
     links = [Link(80, 15, 5, PlanarRigid(), 0.0), Link(65, 10, 5, PlanarRigid(), 0.0)]
-    graph = build_graph(toy_capture(100), links)
+    capture = toy_capture(100)
+    graph = build_graph(capture, links)
     leads, comes = graph.obstacles
     assert (leads.leads_to, leads.crowd, leads.narrow) == (True, (19, 75), (20,))
     assert (comes.leads_to, comes.crowd, comes.narrow) == (False, (15, 61), (60,))
+    assert obstacle_sentence(leads, capture) == (
+        "Frames 20 and 76 lead only to frame 21, so it is visited as often as both together."
+    )
+    assert obstacle_sentence(comes, capture) == (
+        "Frames 16 and 62 are reached only from frame 61, so it is visited as often as both together."
+    )

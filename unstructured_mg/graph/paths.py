@@ -7,6 +7,7 @@ import numpy as np
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.errors import UserError
+from unstructured_mg.graph.frame_ranges import frame_ranges
 from unstructured_mg.graph.motion_graph import MotionGraph, Segment
 
 
@@ -77,21 +78,6 @@ def require_frame(graph: MotionGraph, frame: int, capture: Capture) -> None:
             f"Frame {capture.frame_id(frame)} is not in the motion graph, whose largest strongly connected part holds "
             f"{len(graph.frames)} frames: choose one of {frame_ranges(graph.frames, capture)}."
         )
-
-
-def frame_ranges(frames: np.ndarray, capture: Capture, most: int = 8) -> str:
-    """Ascending frame indices in words, "1 to 20, 31 and 40 to 90"; the middle is left out beyond ``most`` ranges."""
-    breaks = np.flatnonzero(np.diff(frames) != 1) + 1
-    run_starts = {run.start for run in capture.runs()}
-    parts = []
-    for piece in np.split(frames, breaks):
-        begin = [i for i, frame in enumerate(piece) if i == 0 or int(frame) in run_starts]
-        for first, stop in zip(begin, [*begin[1:], len(piece)], strict=True):
-            a, b = capture.frame_id(int(piece[first])), capture.frame_id(int(piece[stop - 1]))
-            parts.append(a if a == b else f"{a} to {b}")
-    if len(parts) > most:
-        parts = [*parts[: most // 2], "...", *parts[-(most // 2) :]]
-    return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1]
 
 
 def locate_frame(graph: MotionGraph, frame: int) -> tuple[int, int | None, int]:

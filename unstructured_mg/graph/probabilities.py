@@ -106,12 +106,17 @@ def optimise_probabilities(traffic: Traffic, options: GraphOptions) -> np.ndarra
     better end counts. The chain must be irreducible.
     """
     even = even_probabilities(traffic)
-    if options.least_share == 1 or np.all(traffic.ways <= 1):
-        return even
-    near = _minimise(traffic, options.least_share, even, lambda p: proxy(traffic, p, options.alpha))
-    ends = [_minimise(traffic, options.least_share, start, lambda p: objective(traffic, p, options.alpha))
-            for start in (near, even)]  # fmt: skip
+    ends = [
+        _minimise(traffic, options.least_share, start, lambda p: objective(traffic, p, options.alpha))
+        for start in (proxy_minimum(traffic, options), even)
+    ]
     return min(ends, key=lambda p: objective(traffic, p, options.alpha)[0])
+
+
+def proxy_minimum(traffic: Traffic, options: GraphOptions) -> np.ndarray:
+    """(E,) probabilities that minimise ``proxy``, with the same floor: where P's search begins."""
+    even = even_probabilities(traffic)
+    return _minimise(traffic, options.least_share, even, lambda p: proxy(traffic, p, options.alpha))
 
 
 def thresholds(source: np.ndarray, probabilities: np.ndarray) -> np.ndarray:
@@ -140,6 +145,8 @@ def _choice_penalty(traffic: Traffic, probabilities: np.ndarray) -> tuple[float,
 def _minimise(traffic: Traffic, least_share: float, start: np.ndarray, energy: Objective) -> np.ndarray:
     source, nodes, even = traffic.source, traffic.chain.nodes, even_probabilities(traffic)
     free = 1 - least_share
+    if free == 0 or np.all(traffic.ways <= 1):
+        return even
     first = np.searchsorted(source, np.arange(nodes))  # edges are ordered by source and every node has one
 
     def softmax(logits: np.ndarray) -> np.ndarray:

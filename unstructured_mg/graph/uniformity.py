@@ -7,7 +7,9 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
+from unstructured_mg.capture.capture import Capture
 from unstructured_mg.graph.frame_graph import FrameGraph
+from unstructured_mg.graph.frame_ranges import frame_ranges
 from unstructured_mg.graph.link import Link
 
 
@@ -15,7 +17,7 @@ from unstructured_mg.graph.link import Link
 class Obstacle:
     """``crowd`` frames have only the fewer ``narrow`` frames to go to (or to come from).
 
-    So the narrow frames together are visited at least as often as the crowd together: uniform visits are impossible.
+    So the narrow frames together are visited as often as the crowd together: uniform visits are impossible.
 
     Attributes
     ----------
@@ -26,6 +28,18 @@ class Obstacle:
     leads_to: bool
     crowd: tuple[int, ...]
     narrow: tuple[int, ...]
+
+
+def obstacle_sentence(obstacle: Obstacle, capture: Capture) -> str:
+    """For people, with frame ids."""
+    crowd, narrow = frame_ranges(obstacle.crowd, capture), frame_ranges(obstacle.narrow, capture)
+    one = len(obstacle.narrow) == 1
+    ways = "lead only to" if obstacle.leads_to else "are reached only from"
+    many = "both" if len(obstacle.crowd) == 2 else f"these {len(obstacle.crowd)}"
+    return (
+        f"Frames {crowd} {ways} {'frame' if one else 'frames'} {narrow}, so {'it is' if one else 'those are'} visited as "
+        f"often as {many} together."
+    )
 
 
 def find_obstacles(graph: FrameGraph, links: Sequence[Link], kept: np.ndarray) -> tuple[Obstacle, ...]:

@@ -149,6 +149,6 @@ def _play(graph: MotionGraph, segments: Iterable[Segment], world: PlanarRigid) -
 
 
 def _default_start(graph: MotionGraph, capture: Capture) -> int:
-    if graph.cyclic or not len(graph.frames):
+    if graph.cyclic:
         return int(graph.frames[0])
     return max(capture.runs(), key=lambda run: (len(run), -run.start)).start
