@@ -9,7 +9,7 @@ MOTION = PlanarRigid(0.7, 1.5, -2.0)
 POINTS = np.random.default_rng(0).normal(size=(9, 3))
 
 
-@pytest.mark.parametrize("up", ["y", "z"])
+@pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
 def test_the_captures_own_space_is_gone_back_to(up):
     capture = toy_capture(3, unit=0.01, up=up, floor=7.0)
     space = export_space(capture)
@@ -21,7 +21,7 @@ def test_the_captures_own_space_is_gone_back_to(up):
 
 def test_world_moves_a_frames_own_place_in_the_exports_axis_and_unit():
     capture = toy_capture(3, unit=0.01, up="y", floor=7.0)
-    for space in (export_space(capture), export_space(capture, up="z"), export_space(capture, unit=1.0)):
+    for space in (export_space(capture), export_space(capture, up="-z"), export_space(capture, unit=1.0)):
         own, moved = space.points(POINTS), space.points(MOTION.apply(POINTS))
         world = space.world(MOTION)
         np.testing.assert_allclose(own @ world[:3, :3].T + world[:3, 3], moved, atol=1e-9)
@@ -47,3 +47,16 @@ def test_another_unit_keeps_the_floor_where_it_is():
 def test_a_unit_is_positive(unit):
     with pytest.raises(ValueError, match="unit: expected a positive number of metres"):
         export_space(toy_capture(3), unit=unit)
+
+
+def test_an_up_axis_is_one_of_six():
+    with pytest.raises(ValueError, match="up: expected one of y, z, .*, got 'Y'"):
+        export_space(toy_capture(3), up="Y")
+
+
+@pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
+def test_the_floor_is_where_the_space_says(up):
+    space = export_space(toy_capture(3, unit=0.01, up="y", floor=7.0), up=up, unit=0.1)
+    on_floor = space.points(np.array([[0.3, -0.2, 0.0]]))[0]
+    height = on_floor["xyz".index(up[-1])] * (-1 if up.startswith("-") else 1)
+    assert (height, space.floor) == (pytest.approx(0.7), pytest.approx(0.7))

@@ -33,13 +33,11 @@ class Obstacle:
 def obstacle_sentence(obstacle: Obstacle, capture: Capture) -> str:
     """For people, with frame ids."""
     crowd, narrow = frame_ranges(obstacle.crowd, capture), frame_ranges(obstacle.narrow, capture)
-    one = len(obstacle.narrow) == 1
     ways = "lead only to" if obstacle.leads_to else "are reached only from"
     many = "both" if len(obstacle.crowd) == 2 else f"these {len(obstacle.crowd)}"
-    return (
-        f"Frames {crowd} {ways} {'frame' if one else 'frames'} {narrow}, so {'it is' if one else 'those are'} visited as "
-        f"often as {many} together."
-    )
+    single = len(obstacle.narrow) == 1
+    noun, they = ("frame", "it is") if single else ("frames", "those are")
+    return f"Frames {crowd} {ways} {noun} {narrow}, so {they} visited as often as {many} together."
 
 
 def find_obstacles(graph: FrameGraph, links: Sequence[Link], kept: np.ndarray) -> tuple[Obstacle, ...]:

@@ -1,27 +1,22 @@
 """A walk as a sequence of OBJ + MTL + image, and walk.json beside it."""
 
-import errno
-import os
-import re
-import shutil
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor, Future, wait
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.obj_writer import write_obj
-from unstructured_mg.errors import UserError
 from unstructured_mg.playback.stream import EncodedImage, PosedFrame
 from unstructured_mg.playback.walk import Walk
 from unstructured_mg.playback.walk_json import walk_text, walk_to_json
+from unstructured_mg.playback.whole_folder import whole_folder
 from unstructured_mg.playback.world import export_space
 
 Progress = Callable[[int, int], None]
-OUR_FILES = re.compile(r"walk\.json|frame_\d{5,}(_\d+)?\.\w+")
+OUR_FILES = r"walk\.json|frame_\d{5,}(_\d+)?\.\w+"
 WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
 
 
@@ -60,7 +55,7 @@ def export_obj(
     """
     space = export_space(capture, up, unit)
     width = max(5, len(str(len(walk))))
-    with whole_folder(out, force) as folder:
+    with whole_folder(out, OUR_FILES, force) as folder:
         written: list[str] = []
         waiting: deque[Future[None]] = deque()
         try:
@@ -89,59 +84,6 @@ def export_obj(
             raise ValueError(f"frames: expected the walk's {len(walk)}, got {len(written)}")
         text = walk_text(walk_to_json(walk, capture, space, written, inputs))
         (folder / "walk.json").write_text(text, encoding="utf-8")
-
-
-@contextmanager
-def whole_folder(out: Path, force: bool) -> Iterator[Path]:
-    """A folder beside ``out`` that becomes ``out`` when the block ends well, and vanishes when it does not.
-
-    Raises UserError where ``out`` is a file or a folder with something in it (with ``force``: with something in it that
-    is not an earlier export's), and for what the operating system refuses.
-    """
-    out = Path(os.path.abspath(out))
-    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
-    try:
-        _check_free(out, force)
-        partial.parent.mkdir(parents=True, exist_ok=True)
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir()
-        yield partial
-        _check_free(out, force)  # it may have been filled meanwhile
-        if out.exists():
-            replaced = out.with_name(f".{out.name}.{os.getpid()}.replaced")
-            out.rename(replaced)
-            partial.rename(out)
-            shutil.rmtree(replaced)
-        else:
-            partial.rename(out)
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            fault, remedy = (
-                "the disk is full, and nothing was kept",
-                "free some space or choose a folder on another disk",
-            )
-        else:
-            at = "" if error.filename is None or str(partial) in str(error.filename) else f" at {error.filename}"
-            fault = f"the export failed{at} ({error.strerror or error}), and nothing was kept"
-            remedy = "see to that or choose another folder"
-        raise UserError(f"{out}: {fault}: {remedy}.") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def _check_free(out: Path, force: bool) -> None:
-    if not out.exists():
-        return
-    if not out.is_dir():
-        raise UserError(f"{out}: this is a file, not a folder: choose another name.")
-    names = sorted(path.name for path in out.iterdir())
-    foreign = [name for name in names if not OUR_FILES.fullmatch(name)]
-    if names and not force:
-        raise UserError(
-            f"{out}: the folder is not empty: choose another one, or replace an earlier export with --force."
-        )
-    if foreign:
-        raise UserError(f"{out}: the folder holds {foreign[0]}, which no export wrote: choose another folder.")
 
 
 def _write_frame(

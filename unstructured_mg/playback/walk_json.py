@@ -37,6 +37,7 @@ def walk_to_json(
         "fps": float(capture.fps),
         "unit": float(space.unit),
         "up": space.up,
+        "floor": float(space.floor),
         "kind": walk.kind,
         "seed": walk.seed,
         "generator": "sfc32" if walk.kind == "random" else None,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.placement import UP_AXES
 from unstructured_mg.geometry.planar import PlanarRigid
 
 
@@ -16,11 +17,13 @@ class ExportSpace:
     ----------
     up : its up axis, as in Capture
     unit : metres per unit
+    floor : the floor's height along the up axis, in units
     from_metres : (4, 4) float64 similarity on column vectors, from metres, z up, floor 0
     """
 
     up: str
     unit: float
+    floor: float
     from_metres: np.ndarray
 
     def points(self, vertices: np.ndarray) -> np.ndarray:
@@ -43,11 +46,13 @@ def export_space(capture: Capture, up: str | None = None, unit: float | None = N
     Raises
     ------
     ValueError
-        Where ``unit`` is not a positive number of metres.
+        Where ``up`` is no axis or ``unit`` is not a positive number of metres.
     """
     up = capture.up if up is None else up
     unit = capture.unit if unit is None else unit
+    if up not in UP_AXES:
+        raise ValueError(f"up: expected one of {', '.join(UP_AXES)}, got {up!r}")
     if not 0 < unit < float("inf"):
         raise ValueError(f"unit: expected a positive number of metres, got {unit!r}")
     asked = replace(capture, up=up, unit=unit, floor=capture.floor * capture.unit / unit)
-    return ExportSpace(up, unit, np.linalg.inv(asked.to_metres()))
+    return ExportSpace(up, unit, asked.floor, np.linalg.inv(asked.to_metres()))
