@@ -47,8 +47,8 @@ def test_flat_triangles_stay_near_the_true_surface(capture, meshes):
         vertices, faces = capture.true_surface(frame)
         centres = mesh.vertices[mesh.faces].mean(1)
         squared, _, _ = ClosestPoints(vertices, faces).query(centres)
-        assert np.sqrt(squared.mean()) < 0.0015
-        assert np.sqrt(squared.max()) < 0.015
+        assert np.sqrt(squared.mean()) < 0.004
+        assert np.sqrt(squared.max()) < 0.03
 
 
 def test_every_frame_has_another_connectivity_and_atlas(meshes):
