@@ -1,0 +1,51 @@
+import numpy as np
+from scipy.spatial.transform import Rotation
+from tracking.bodies import bend, figure
+
+from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.geometry.tets import tet_volumes
+from unstructured_mg.tracking.cage import build_cage
+from unstructured_mg.tracking.options import TrackingOptions
+from unstructured_mg.tracking.register import Registrar, far_stages, near_stages
+from unstructured_mg.tracking.surface import clean_surface
+
+OPTIONS = TrackingOptions(cage_vertices=400)
+
+
+def registrar(vertices, faces):
+    return Registrar(clean_surface(vertices, faces), build_cage(TexturedMesh(vertices, faces), OPTIONS))
+
+
+def test_a_rigid_motion_is_recovered_on_another_mesh_of_the_body():
+    source, target = figure(40, 60), figure(53, 71)
+    turn = Rotation.from_rotvec([0.02, 0.01, 0.08]).as_matrix()
+
+    def move(points):
+        return points @ turn.T + [0.05, -0.03, 0.01]
+
+    tracked = registrar(*source)
+    goal = tracked.target(clean_surface(move(target[0]), target[1]))
+    reached = tracked.surface_at(tracked.register(goal, tracked.cage.vertices, near_stages(1e-4)))
+    assert np.linalg.norm(reached - move(source[0]), axis=1).max() < 2e-3
+
+
+def test_a_bend_is_recovered_on_another_mesh_of_the_body():
+    source, target = figure(40, 60), figure(53, 71)
+    tracked = registrar(*source)
+    goal = tracked.target(clean_surface(bend(target[0], 0.6), target[1]))
+    cage = tracked.register(goal, tracked.cage.vertices, far_stages(1e-4))
+    error = np.linalg.norm(tracked.surface_at(cage) - bend(source[0], 0.6), axis=1)
+    before = np.linalg.norm(source[0] - bend(source[0], 0.6), axis=1)
+    assert before.max() > 0.3
+    assert np.sqrt(np.mean(error**2)) < 6e-3 and error.max() < 2e-2
+    assert tet_volumes(cage, tracked.cage.tets).min() > 0
+
+
+def test_the_same_input_gives_the_same_bytes():
+    source, target = figure(40, 60), figure(53, 71)
+    results = []
+    for _ in range(2):
+        tracked = registrar(*source)
+        goal = tracked.target(clean_surface(bend(target[0], 0.2), target[1]))
+        results.append(tracked.register(goal, tracked.cage.vertices, near_stages(1e-4)).tobytes())
+    assert results[0] == results[1]

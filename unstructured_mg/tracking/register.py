@@ -1,0 +1,182 @@
+"""Registering a caged surface to a target surface without correspondence (in place of P section 5.4's Li et al. 2009).
+
+The unknowns are the cage's vertices x. With the surface points p_i(x) = sum_j w_ij x_j they carry, minimise
+
+    sum_i a_i rho(|q_i - p_i|) (n_i . (q_i - p_i))^2  +  sum_j b_j rho(|y_j - p_j|) (n_j . (y_j - p_j))^2
+        + rigidity L^2 / V  sum_tets |tet| min_R |F - R|^2 ,
+
+where q_i is the target's point nearest to p_i, p_j the surface point nearest to a target sample y_j, n the mean of the
+two normals (symmetric point-to-plane; Rusinkiewicz 2019), rho Welsch's weight exp(-(d / width)^2), times the cosine of
+the two normals; a and b are shares of area that each sum to 1. Rigidity and width are annealed. Point-to-plane data
+leave the surface free to slide; that it does not is the work of the volume's rigidity, which is therefore lowered
+slowly and the target never snapped to.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from unstructured_mg.geometry.tets import tet_volumes
+from unstructured_mg.tracking.embedding import Cage, embed
+from unstructured_mg.tracking.surface import CleanSurface, unit, vertex_areas, vertex_normals
+from unstructured_mg.tracking.system import CageSystem
+from unstructured_mg.tracking.target import Target, thin
+
+# The lengths below are for a body of this surface area, in square metres; others are scaled by the root of area.
+_BODY_AREA = 2.0
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One round of the annealing: ``rigidity``, Welsch ``width`` in metres of a body, at most ``iterations`` solves,
+    on thinned samples or on all vertices, around the start's shape or the template's."""
+
+    rigidity: float
+    width: float
+    iterations: int
+    coarse: bool
+    from_start: bool = False
+
+
+def near_stages(rigidity: float) -> list[Stage]:
+    """From a neighbouring frame: small moves, stiff at first around the start's shape, then the template's."""
+    return [
+        Stage(1.0, 0.2, 2, True, True),
+        Stage(0.1, 0.1, 2, True, True),
+        Stage(0.01, 0.05, 2, True, True),
+        Stage(1e-3, 0.03, 2, False),
+        Stage(max(1e-4, rigidity), 0.03, 1, False),
+        Stage(rigidity, 0.03, 2, False),
+    ]
+
+
+def far_stages(rigidity: float) -> list[Stage]:
+    """From another window, or with nothing known: wide and stiff first."""
+    return [
+        Stage(1.0, 0.4, 6, True, True),
+        Stage(0.3, 0.3, 5, True, True),
+        Stage(0.1, 0.2, 4, True, True),
+        Stage(0.03, 0.1, 3, True, True),
+        Stage(0.01, 0.05, 3, True, True),
+        Stage(1e-3, 0.03, 3, False),
+        Stage(3e-4, 0.03, 2, False),
+        Stage(max(1e-4, rigidity), 0.03, 2, False),
+        Stage(rigidity, 0.03, 2, False),
+    ]
+
+
+class Registrar:
+    """Registers one caged surface to any number of targets. ``surface`` is the template's clean surface."""
+
+    def __init__(self, surface: CleanSurface, cage: Cage):
+        self.cage = cage
+        self.faces = surface.faces[surface.geometric]
+        self.areas = vertex_areas(surface.vertices, self.faces)
+        self.scale = float(np.sqrt(self.areas.sum() / _BODY_AREA))
+        self.spacing = 0.025 * self.scale
+        self.samples = thin(surface.vertices, self.areas, self.spacing)
+        self.system = CageSystem(cage.vertices, cage.tets)
+        self._corners = cage.tets[cage.tet_of_vertex]
+
+    def target(self, surface: CleanSurface) -> Target:
+        """Prepare a frame as a target for this surface."""
+        return Target(surface, self.spacing)
+
+    def surface_at(self, cage_vertices: np.ndarray) -> np.ndarray:
+        """The carried surface (n, 3) at given cage vertices (c, 3)."""
+        cage = self.cage
+        if not cage.residual.any():
+            return np.einsum("ni,nix->nx", cage.weights, cage_vertices[self._corners])
+        _, rotations = self.system.rotations(cage_vertices)
+        return embed(cage_vertices, cage.tets, cage.tet_of_vertex, cage.weights, rotations, cage.residual)
+
+    def register(self, target: Target, start: np.ndarray, stages: Sequence[Stage]) -> np.ndarray:
+        """Cage vertices (c, 3) that bring the surface from ``start`` (c, 3) onto the target; it inverts no tet."""
+        vertices = start
+        following = CageSystem.like(self.system, start) if any(stage.from_start for stage in stages) else self.system
+        floor = 0.05 * self.system.volumes
+        # A start may be worse than the floor, never made worse.
+        floor = np.minimum(floor, 0.5 * np.maximum(tet_volumes(start, self.cage.tets), 0))
+        firmness = np.ones(len(self.cage.tets))
+        for stage in stages:
+            system = following if stage.from_start else self.system
+            for _ in range(stage.iterations):
+                step = self._step(system, target, vertices, stage, firmness)
+                vertices, whole = self._guarded(vertices, step, floor, firmness)
+                if whole and np.abs(step).max() < 0.2 * stage.width * self.scale / 100:
+                    break
+        return vertices
+
+    def _guarded(
+        self, vertices: np.ndarray, step: np.ndarray, floor: np.ndarray, firmness: np.ndarray
+    ) -> tuple[np.ndarray, bool]:
+        """Take the step as far as no tet gets under its floor; tets that stopped it are firmer from now on."""
+        share = 1.0
+        while share > 1e-3:
+            moved = vertices + share * step
+            low = tet_volumes(moved, self.cage.tets) < floor
+            if not low.any():
+                return moved, share == 1.0
+            firmness[low] = np.minimum(10 * firmness[low], 1e4)
+            share *= 0.5
+        return vertices, False
+
+    def _step(
+        self, system: CageSystem, target: Target, vertices: np.ndarray, stage: Stage, firmness: np.ndarray
+    ) -> np.ndarray:
+        """One Gauss-Newton step (c, 3) of the energy above with correspondences and weights held."""
+        width = stage.width * self.scale
+        surface = self.surface_at(vertices)
+        all_normals = vertex_normals(surface, self.faces)
+        if stage.coarse:
+            index = self.samples
+            points, normals = surface[index], all_normals[index]
+            goals, goal_normals = target.alike(points, normals)
+            shares = np.full(len(index), 1.0 / len(index))
+        else:
+            index = np.flatnonzero(self.areas > 0)
+            points, normals = surface[index], all_normals[index]
+            goals, goal_normals = target.closest(points)
+            shares = self.areas[index] / self.areas[index].sum()
+        forward = _planes(points, normals, goals, goal_normals, shares, width)
+
+        # The other way round, nearest in place and direction among the surface's own vertices.
+        seen, seen_normals = target.vertices[target.samples], target.normals[target.samples]
+        turn = 2 * self.spacing
+        tree = cKDTree(np.concatenate([points, turn * normals], axis=1), balanced_tree=False, compact_nodes=False)
+        _, rank = tree.query(np.concatenate([seen, turn * seen_normals], axis=1))
+        shares = np.full(len(seen), 1.0 / len(seen))
+        backward = _planes(points[rank], normals[rank], seen, seen_normals, shares, width)
+
+        carrier = np.concatenate([index, index[rank]])
+        planes, weights, offsets = (np.concatenate(pair) for pair in zip(forward, backward, strict=True))
+        used = weights > 1e-6 * weights.max() if len(weights) and weights.max() > 0 else np.zeros(len(weights), bool)
+        carrier, planes, weights, offsets = carrier[used], planes[used], weights[used], offsets[used]
+        tet, embedding = self.cage.tet_of_vertex[carrier], self.cage.weights[carrier]
+
+        strength = stage.rigidity * self.scale**2 / self.system.volumes.sum()
+        linear, rotations = system.rotations(vertices)
+        blocks = system.new_blocks()
+        system.add_arap(blocks, rotations, strength * firmness)
+        system.add_planes(blocks, tet, embedding, planes, weights)
+        pull = (weights * offsets)[:, None, None] * embedding[:, :, None] * planes[:, None, :]
+        right = system.scatter(self.cage.tets[tet], pull) - system.arap_gradient(linear, rotations, strength * firmness)
+        return system.solve(blocks, right, 1e-7 * blocks[:, [0, 4, 8]].max())
+
+
+def _planes(
+    points: np.ndarray,
+    normals: np.ndarray,
+    goals: np.ndarray,
+    goal_normals: np.ndarray,
+    shares: np.ndarray,
+    width: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Symmetric planes (p, 3), their weights (p,) and the points' distances to them (p,)."""
+    away = goals - points
+    cosine = np.einsum("ix,ix->i", normals, goal_normals)
+    weights = shares * np.exp(-np.einsum("ix,ix->i", away, away) / width**2) * np.where(cosine > 0.5, cosine, 0.0)
+    planes = unit(normals + goal_normals)
+    return planes, weights, np.einsum("ix,ix->i", planes, away)

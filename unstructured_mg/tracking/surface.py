@@ -1,0 +1,81 @@
+"""A captured frame made fit for tracking: welded, without debris, with normals that defects do not spoil."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from unstructured_mg.geometry.components import significant_faces, weld
+
+
+@dataclass(frozen=True)
+class CleanSurface:
+    """The part of a frame that counts.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64, welded, every one used by ``faces``
+    faces : (m, 3) int32, all captured faces of significant components that did not collapse in welding
+    face_index : (m,) which face of the captured frame each one is
+    geometric : (m,) bool, False for zero-area faces and for repeats of a face already there (front and back)
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    face_index: np.ndarray
+    geometric: np.ndarray
+
+
+def clean_surface(vertices: np.ndarray, faces: np.ndarray, debris_share: float = 0.01) -> CleanSurface:
+    """Weld, drop components below ``debris_share`` of the area, mark what carries no geometry.
+
+    ValueError where ``vertices`` is not (n, 3) finite, ``faces`` not (m, 3) in range, or no area is left.
+    """
+    vertices = np.asarray(vertices, dtype=np.float64)
+    faces = np.asarray(faces)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+        raise ValueError(f"vertices: expected finite (n, 3), got shape {vertices.shape} or NaN or infinity")
+    if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer) or len(faces) == 0:
+        raise ValueError(f"faces: expected (m, 3) integers with m > 0, got {faces.dtype} {faces.shape}")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise ValueError(f"faces: expected indices in 0..{len(vertices) - 1}, got {faces.min()}..{faces.max()}")
+    points, welded, _ = weld(vertices, faces)
+    collapsed = (welded[:, 0] == welded[:, 1]) | (welded[:, 1] == welded[:, 2]) | (welded[:, 2] == welded[:, 0])
+    normals = face_normals(points, welded)
+    if not (np.abs(normals).sum(1) > 0).any():
+        raise ValueError("faces: expected a surface with area, got zero-area triangles only")
+    kept = np.flatnonzero(significant_faces(points, welded, debris_share) & ~collapsed)
+    used, compact = np.unique(welded[kept], return_inverse=True)
+    compact = compact.reshape(-1, 3).astype(np.int32)
+    points = points[used]
+    _, first = np.unique(np.sort(compact, axis=1), axis=0, return_index=True)
+    geometric = np.zeros(len(compact), bool)
+    geometric[first] = True
+    edges = points[np.roll(compact, -1, axis=1)] - points[compact]
+    longest = np.einsum("fic,fic->fi", edges, edges).max(1)
+    geometric &= np.linalg.norm(face_normals(points, compact), axis=1) > 1e-6 * longest
+    return CleanSurface(points, compact, kept, geometric)
+
+
+def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Normals (m, 3) whose lengths are twice the triangles' areas."""
+    a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
+    return np.cross(b - a, c - a)
+
+
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area-weighted unit normals (n, 3); zero where a vertex has no face."""
+    flat = np.repeat(face_normals(vertices, faces), 3, axis=0)
+    sums = np.stack([np.bincount(faces.ravel(), flat[:, a], minlength=len(vertices)) for a in range(3)], axis=1)
+    return unit(sums)
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) at length 1; zero vectors stay zero."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)
+
+
+def vertex_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """A third of the area of each vertex's faces (n,)."""
+    areas = 0.5 * np.linalg.norm(face_normals(vertices, faces), axis=1)
+    return np.bincount(faces.ravel(), np.repeat(areas / 3, 3), minlength=len(vertices))

@@ -1,0 +1,96 @@
+"""Normal equations on a cage: fixed sparsity, assembled by 3x3 blocks, solved by Cholesky factors."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from unstructured_mg import _native
+from unstructured_mg.geometry.rotations import fit_rotations
+from unstructured_mg.geometry.solver import SymmetricSolver
+from unstructured_mg.geometry.tets import deformation_gradients, tet_gradients, tet_volumes
+
+_PAIRS = np.array([[0, 0], [1, 1], [2, 2], [3, 3], [0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
+
+
+class CageSystem:
+    """Quadratic models of ``strength * E_ARAP + point-to-plane data`` in the cage's vertices (c, 3).
+
+    The ARAP energy of P A.2, sum |tet| min_R |F - R|^2, is linearised with its rotations free to follow (Gauss-Newton
+    of F - R(F)); its matrix is the corotated linear elasticity |tet| (g_i.g_j I + R g_j (R g_i)^T).
+    """
+
+    def __init__(self, rest: np.ndarray, tets: np.ndarray):
+        self.tets = np.ascontiguousarray(tets, np.int32)
+        self.gradients = np.ascontiguousarray(tet_gradients(rest, tets))
+        self.volumes = np.abs(tet_volumes(rest, tets))
+        count = len(rest)
+        rows, columns = tets[:, _PAIRS[:, 0]].ravel(), tets[:, _PAIRS[:, 1]].ravel()
+        low, high = np.minimum(rows, columns), np.maximum(rows, columns)
+        unique, block = np.unique(high.astype(np.int64) * count + low, return_inverse=True)
+        self.block = np.ascontiguousarray(block.reshape(-1, 10), np.int32)
+        # A block is stored as (higher, lower) vertex; a tet's pair (i, j) is flipped where i is the lower.
+        self.flip = np.ascontiguousarray((rows < columns).reshape(-1, 10), np.uint8)
+        self.block_count = len(unique)
+        high, low = unique // count, unique % count
+        row, column = np.broadcast_arrays(
+            3 * high[:, None, None] + np.arange(3)[None, :, None], 3 * low[:, None, None] + np.arange(3)[None, None, :]
+        )
+        row, column = row.ravel(), column.ravel()
+        mirrored = np.repeat(high != low, 9)
+        entry = np.concatenate([np.arange(len(row)), np.flatnonzero(mirrored)])
+        row, column = np.concatenate([row, column[mirrored]]), np.concatenate([column, row[mirrored]])
+        order = np.lexsort((row, column))
+        self._entry, self._indices = entry[order], row[order].astype(np.int32)
+        self._starts = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=3 * count))]).astype(np.int32)
+        self._diagonal = np.flatnonzero(row[order] == column[order])
+        self.count = count
+
+    @classmethod
+    def like(cls, other: "CageSystem", rest: np.ndarray) -> "CageSystem":
+        """The same cage with other rest positions (c, 3); ordering and storage are shared."""
+        made = cls.__new__(cls)
+        made.__dict__.update(other.__dict__)
+        made.gradients = np.ascontiguousarray(tet_gradients(rest, other.tets))
+        made.volumes = np.abs(tet_volumes(rest, other.tets))
+        return made
+
+    def rotations(self, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Deformation gradients F (q, 3, 3) and their nearest rotations."""
+        linear = deformation_gradients(vertices, self.tets, self.gradients)
+        return linear, fit_rotations(linear)
+
+    def arap_gradient(self, linear: np.ndarray, rotations: np.ndarray, strength: np.ndarray) -> np.ndarray:
+        """Half the gradient (c, 3) of the ARAP energy, every tet times its ``strength`` (q,)."""
+        per_corner = np.einsum("q,qab,qib->qia", strength * self.volumes, linear - rotations, self.gradients)
+        return self.scatter(self.tets, per_corner)
+
+    def scatter(self, corners: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Sum values (p, 4, 3) at the cage vertices corners (p, 4)."""
+        flat = corners.ravel()
+        return np.stack([np.bincount(flat, values[..., a].ravel(), minlength=self.count) for a in range(3)], axis=1)
+
+    def new_blocks(self) -> np.ndarray:
+        return np.zeros((self.block_count, 9))
+
+    def add_arap(self, blocks: np.ndarray, rotations: np.ndarray, strength: np.ndarray) -> None:
+        """Add the ARAP energy's matrix (half its Gauss-Newton Hessian), every tet times its ``strength`` (q,)."""
+        _native.corotated_stiffness(self.gradients, strength * self.volumes, rotations, self.block, self.flip, blocks)
+
+    def add_planes(
+        self, blocks: np.ndarray, tet: np.ndarray, weights: np.ndarray, normals: np.ndarray, strength: np.ndarray
+    ) -> None:
+        """Add sum_p strength_p (n_p . sum_i w_pi x_i)^2 for points in tets (p,) int32 with weights (p, 4)."""
+        _native.plane_blocks(
+            tet,
+            np.ascontiguousarray(weights),
+            np.ascontiguousarray(normals),
+            np.ascontiguousarray(strength),
+            self.block,
+            blocks,
+        )
+
+    def solve(self, blocks: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:
+        """The step (c, 3) with (matrix + damping I) step = right (c, 3)."""
+        data = blocks.ravel()[self._entry]
+        data[self._diagonal] += damping
+        matrix = sp.csc_matrix((data, self._indices, self._starts), shape=[3 * self.count] * 2)
+        return SymmetricSolver(matrix).solve(right.ravel()).reshape(-1, 3)

@@ -1,0 +1,55 @@
+"""A surface to register to: prepared once a frame, queried in every iteration."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from unstructured_mg.geometry.closest import ClosestPoints
+from unstructured_mg.tracking.surface import CleanSurface, unit, vertex_areas, vertex_normals
+
+
+class Target:
+    """Closest points and samples of a clean surface.
+
+    ``spacing`` (metres) is the distance of the samples that stand for the surface in coarse stages.
+    """
+
+    def __init__(self, surface: CleanSurface, spacing: float):
+        self.vertices = surface.vertices
+        self.faces = surface.faces[surface.geometric]
+        self.normals = vertex_normals(self.vertices, self.faces)
+        self.areas = vertex_areas(self.vertices, self.faces)
+        self._closest = ClosestPoints(self.vertices, self.faces)
+        self.samples = thin(self.vertices, self.areas, spacing)
+        self._turn_scale = 3 * spacing
+        self._tree = cKDTree(self._lift(self.samples))
+
+    def _lift(self, index: np.ndarray) -> np.ndarray:
+        return np.concatenate([self.vertices[index], self._turn_scale * self.normals[index]], axis=1)
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nearest surface points (p, 3) and smooth normals (p, 3) there."""
+        _, face, nearest = self._closest.query(points)
+        weights = self._closest.barycentric(face, nearest)
+        return nearest, unit(np.einsum("pi,pix->px", weights, self.normals[self.faces[face]]))
+
+    def alike(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of the samples, those nearest in place and direction together: points and normals (p, 3).
+
+        A right angle between normals counts like a distance of some sample spacings, so that a far limb's front finds
+        a front and not the nearer back.
+        """
+        _, rank = self._tree.query(np.concatenate([points, self._turn_scale * normals], axis=1))
+        index = self.samples[rank]
+        return self.vertices[index], self.normals[index]
+
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Distances (p,) of points to the surface."""
+        return np.sqrt(self._closest.query(points)[0])
+
+
+def thin(vertices: np.ndarray, areas: np.ndarray, spacing: float) -> np.ndarray:
+    """Indices of one vertex in each occupied cell of a grid: the first in index order, of those with area."""
+    usable = np.flatnonzero(areas > 0)
+    cell = np.floor((vertices[usable] - vertices[usable].min(0)) / spacing).astype(np.int64)
+    key = (cell[:, 0] << 42) + (cell[:, 1] << 21) + cell[:, 2]
+    return usable[np.sort(np.unique(key, return_index=True)[1])]

@@ -1,0 +1,225 @@
+"""One candidate to one TrackedPair, or to a refusal (P section 5, TrackTemplate)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.errors import Refusal
+from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.geometry.tets import tet_volumes
+from unstructured_mg.matching.candidates import Candidate
+from unstructured_mg.tracking.cage import Cage, build_lattice
+from unstructured_mg.tracking.detail import transfer_detail
+from unstructured_mg.tracking.embedding import residual_of
+from unstructured_mg.tracking.hausdorff import SurfaceDistance, surface_distance
+from unstructured_mg.tracking.interior import Interior
+from unstructured_mg.tracking.options import TrackingOptions
+from unstructured_mg.tracking.pair import TrackedPair
+from unstructured_mg.tracking.refine import Refiner
+from unstructured_mg.tracking.register import Registrar, far_stages, near_stages
+from unstructured_mg.tracking.surface import clean_surface
+from unstructured_mg.tracking.target import Target
+from unstructured_mg.tracking.template import window_frames
+
+# Of a body of 2 square metres; others are scaled by the root of their area.
+_REFINE_LENGTH, _REFINE_REACH, _REFINE_ROUNDS = 0.01, 0.03, 3
+_INTERIOR_SOFTNESS, _INTERIOR_ROUNDS = 1e-6, 1
+# The trial of s against t needs no fine cage and no fine stages: it is there to refuse.
+_TRIAL_CAGE_VERTICES, _TRIAL_RIGIDITY = 700, 1e-3
+
+
+@dataclass(frozen=True)
+class _State:
+    """The template at one frame: its cage (c, 3) as registered, and the numbers and arrays kept of it."""
+
+    cage: np.ndarray
+    fitted_cage: np.ndarray
+    vertices: np.ndarray
+    residual: np.ndarray
+    distance: SurfaceDistance
+    inverted: int
+    strain: float
+
+
+class TemplateTracker:
+    """Carries one template through frames: everything that depends only on the template is prepared once.
+
+    ``mesh`` is the template frame, ``cage`` what ``build_cage`` made of it.
+    """
+
+    def __init__(self, mesh: TexturedMesh, cage: Cage, options: TrackingOptions):
+        self.mesh, self.options = mesh, options
+        self.surface = clean_surface(mesh.vertices, mesh.faces, options.debris_share)
+        if len(cage.tet_of_vertex) != len(self.surface.vertices):
+            raise ValueError(
+                f"cage: expected one that carries {len(self.surface.vertices)} vertices, got {len(cage.tet_of_vertex)}"
+            )
+        self.cage = cage
+        self.registrar = Registrar(self.surface, cage)
+        scale = self.registrar.scale
+        self._refiner = Refiner(self.surface, _REFINE_LENGTH * scale, _REFINE_REACH * scale)
+        areas = self.registrar.areas
+        self._interior = Interior(cage, self.registrar.system, areas, scale, _INTERIOR_SOFTNESS)
+        faces = self.registrar.faces
+        self._edges = np.unique(
+            np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), 1), axis=0
+        )
+        self._lengths = self._edge_lengths(self.surface.vertices)
+
+    def _edge_lengths(self, vertices: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(vertices[self._edges[:, 0]] - vertices[self._edges[:, 1]], axis=1)
+
+    def target(self, mesh: TexturedMesh) -> Target:
+        return self.registrar.target(clean_surface(mesh.vertices, mesh.faces, self.options.debris_share))
+
+    def at_rest(self, target: Target) -> _State:
+        """The state at the template's own frame."""
+        return self._finish(self.cage.vertices, self.cage.vertices, self.surface.vertices, target)
+
+    def near(self, start: np.ndarray, target: Target) -> _State:
+        """Track to a neighbouring frame from cage vertices (c, 3)."""
+        return self._track(self.registrar.register(target, start, near_stages(self.options.rigidity)), target)
+
+    def far(self, start: np.ndarray, target: Target) -> _State:
+        """Track across windows from cage vertices (c, 3) that are only roughly placed."""
+        return self._track(self.registrar.register(target, start, far_stages(self.options.rigidity)), target)
+
+    def _track(self, cage_vertices: np.ndarray, target: Target) -> _State:
+        vertices = self._refiner.refine(self.registrar.surface_at(cage_vertices), target, _REFINE_ROUNDS)
+        if self.options.detail:
+            vertices = transfer_detail(vertices, self.registrar.faces, target.vertices, target.faces, self.options)
+        fitted = self._interior.fit(cage_vertices, vertices, _INTERIOR_ROUNDS)
+        return self._finish(cage_vertices, fitted, vertices, target)
+
+    def _finish(self, cage_vertices: np.ndarray, fitted: np.ndarray, vertices: np.ndarray, target: Target) -> _State:
+        cage = self.cage
+        _, rotations = self.registrar.system.rotations(fitted)
+        residual = residual_of(vertices, fitted, cage.tets, cage.tet_of_vertex, cage.weights, rotations)
+        distance = surface_distance(vertices, self.registrar.faces, self.registrar.areas, target)
+        inverted = int((tet_volumes(fitted, cage.tets) <= 0).sum())
+        strain = np.sqrt(np.mean((self._edge_lengths(vertices) / np.maximum(self._lengths, 1e-9) - 1) ** 2))
+        return _State(cage_vertices, fitted, vertices, residual, distance, inverted, float(strain))
+
+
+def track_pair(
+    capture: Capture, candidate: Candidate, k: int, template: int, cage: Cage, options: TrackingOptions
+) -> TrackedPair | Refusal:
+    """Fit one template to all 4 k + 2 frames of a pair, or say why not.
+
+    ``template`` is a frame index of the pair, ``cage`` from ``build_cage`` of that frame. A trial of frame s's own
+    surface against t comes first: most pairs that will be refused then cost one registration. Then the template goes
+    from its frame outwards through its window, across between s and t, and outwards through the other window.
+    """
+    frames = window_frames(candidate, k)
+    if template not in frames:
+        raise ValueError(f"template: expected one of the pair's frames, got {template}")
+    source, target = candidate.source, candidate.target
+    meshes: dict[int, TexturedMesh] = {}
+
+    def read(frame: int) -> TexturedMesh:
+        if frame not in meshes:
+            meshes[frame] = capture.read(frame)
+        return meshes[frame]
+
+    refusal = _trial(read(source), read(target), candidate, options)
+    if refusal is not None:
+        return refusal
+    tracker = TemplateTracker(read(template), cage, options)
+    states = {template: tracker.at_rest(tracker.target(read(template)))}
+    home = source if abs(template - source) <= k else target
+    away = target if home == source else source
+    for order in (_outwards(template, home, k), [(home, away)], _outwards(away, away, k)):
+        for before, frame in order:
+            goal = tracker.target(meshes.pop(frame) if frame in meshes else capture.read(frame))
+            start = states[before].cage
+            if (before, frame) == (home, away):
+                yaw = -candidate.yaw if home == source else candidate.yaw
+                move = _placing(states[before].vertices, tracker.registrar.areas, goal, yaw)
+                states[frame] = tracker.far(move.apply(start), goal)
+            else:
+                states[frame] = tracker.near(start, goal)
+            if states[frame].distance.largest > options.hausdorff_m:
+                return _refusal(f"the template at frame {frame}", states[frame].distance, options)
+    ordered = [states[int(frame)] for frame in frames]
+    measures = {
+        "hausdorff_m": np.array([state.distance.largest for state in ordered]),
+        "mean_distance_m": np.array([state.distance.mean for state in ordered]),
+        "p95_distance_m": np.array([state.distance.p95 for state in ordered]),
+        "inverted_tets": np.array([float(state.inverted) for state in ordered]),
+        "edge_strain": np.array([state.strain for state in ordered]),
+    }
+    return _pair(tracker, candidate, k, frames, template, ordered, measures)
+
+
+def _pair(
+    tracker: TemplateTracker,
+    candidate: Candidate,
+    k: int,
+    frames: np.ndarray,
+    template: int,
+    states: list[_State],
+    measures: dict[str, np.ndarray],
+) -> TrackedPair:
+    mesh, surface, cage = tracker.mesh, tracker.surface, tracker.cage
+    kept = surface.face_index[surface.geometric]
+    return TrackedPair(
+        source=candidate.source,
+        target=candidate.target,
+        k=k,
+        frames=frames,
+        template=int(np.flatnonzero(frames == template)[0]),
+        vertices=np.stack([state.vertices for state in states]),
+        faces=surface.faces[surface.geometric],
+        uv=mesh.uv,
+        face_uv=mesh.face_uv[kept] if len(mesh.face_uv) else mesh.face_uv,
+        face_material=None if mesh.face_material is None else mesh.face_material[kept],
+        cage_vertices=np.stack([state.fitted_cage for state in states]),
+        tets=cage.tets,
+        tet_of_vertex=cage.tet_of_vertex,
+        weights=cage.weights,
+        residual=np.stack([state.residual for state in states]),
+        yaw=candidate.yaw,
+        measures=measures,
+    )
+
+
+def _outwards(first: int, centre: int, k: int) -> list[tuple[int, int]]:
+    """(tracked, next) pairs from ``first`` to both ends of the window around ``centre``."""
+    up = [(frame, frame + 1) for frame in range(first, centre + k)]
+    down = [(frame, frame - 1) for frame in range(first, centre - k, -1)]
+    return up + down
+
+
+def _placing(vertices: np.ndarray, areas: np.ndarray, goal: Target, yaw: float) -> PlanarRigid:
+    """Turn by ``yaw`` about the vertical and move along the floor to the goal's centre of area."""
+    own = areas @ PlanarRigid(yaw=yaw).apply(vertices) / areas.sum()
+    theirs = goal.areas @ goal.vertices / goal.areas.sum()
+    return PlanarRigid(yaw, float(theirs[0] - own[0]), float(theirs[1] - own[1]))
+
+
+def _trial(
+    source: TexturedMesh, target: TexturedMesh, candidate: Candidate, options: TrackingOptions
+) -> Refusal | None:
+    """Register frame s's surface to t roughly; a refusal where even that is out of reach."""
+    surface = clean_surface(source.vertices, source.faces, options.debris_share)
+    cage = build_lattice(surface, _TRIAL_CAGE_VERTICES)
+    registrar = Registrar(surface, cage)
+    goal = registrar.target(clean_surface(target.vertices, target.faces, options.debris_share))
+    start = _placing(surface.vertices, registrar.areas, goal, -candidate.yaw).apply(cage.vertices)
+    stages = [stage for stage in far_stages(options.rigidity) if stage.rigidity >= _TRIAL_RIGIDITY]
+    reached = registrar.surface_at(registrar.register(goal, start, stages))
+    distance = surface_distance(reached, registrar.faces, registrar.areas, goal)
+    if distance.largest > options.hausdorff_m:
+        return _refusal(f"frame {candidate.source} moved to frame {candidate.target}", distance, options)
+    return None
+
+
+def _refusal(what: str, distance: SurfaceDistance, options: TrackingOptions) -> Refusal:
+    missed, limit = 100 * distance.largest, 100 * options.hausdorff_m
+    return Refusal(
+        "tracking",
+        f"{what} misses the captured surface by {missed:.1f} cm, more than {limit:g} cm",
+        {"hausdorff_m": distance.largest, "mean_distance_m": distance.mean, "p95_distance_m": distance.p95},
+    )
