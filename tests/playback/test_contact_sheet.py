@@ -79,9 +79,9 @@ def test_the_sheet_shows_the_right_frames_in_the_right_order(pictures):
         "2",
         "3",
         "4",
-        "-3",
-        "-2",
-        "-1",
+        "−3",
+        "−2",
+        "−1",
         "0",
         "+1",
         "+2",
@@ -123,8 +123,8 @@ def test_the_seams_compare_the_frames_that_meet(pictures):
         np.testing.assert_allclose(seam.change, np.abs(np.subtract(first, second)).mean(), rtol=0.03)
         # Captured neighbours differ by 8 levels of green.
         np.testing.assert_allclose(seam.own_change, 8 / 3, rtol=0.03)
-    assert pictures.start.labels == ("frame 4", "step -3", "difference × 6", "in the capture: 4 to 5, × 6")
-    assert pictures.end.labels == ("step +3", "frame 26", "difference × 6", "in the capture: 25 to 26, × 6")
+    assert pictures.start.labels == ("frame 4", "step −3", "difference × 6", "capture 4 to 5")
+    assert pictures.end.labels == ("step +3", "frame 26", "difference × 6", "capture 25 to 26")
 
 
 def test_frames_beyond_a_gap_are_not_shown():
@@ -143,7 +143,7 @@ def test_long_transitions_show_first_and_last_step_and_five_between():
         (), ".jpg", np.repeat(transition.colors[:1], steps, 0), PlanarRigid(), {},
     )  # fmt: skip
     labels = [column.label for column in render_transition_pictures(capture, longer).columns if column.kind == "step"]
-    assert labels == ["-7", "-5", "-2", "0", "+2", "+5", "+7"]
+    assert labels == ["−7", "−5", "−2", "0", "+2", "+5", "+7"]
 
 
 def test_the_same_bytes_again_also_after_pickling(pictures):

@@ -59,8 +59,8 @@ def test_pairs_are_marked_where_they_lie_and_link_to_the_report():
     assert float(ring.get("cy")) == pytest.approx(8 + 8.5 * SIDE / 40, abs=0.01)
     links = {link.get("href"): link.find("title").text for link in svg.iter("a")}
     assert links == {
-        "#pair-8-30": "9 and 31: score 0.125, kept",
-        "#pair-10-25": "11 and 26: score 0.5, refused: too far & <away>",
+        "#pair-8-30": "9 and 31: 125 mm apart, kept",
+        "#pair-10-25": "11 and 26: 500 mm apart, refused: too far & <away>",
     }
 
 

@@ -1,20 +1,66 @@
-from unstructured_mg.playback.quality import QualityRow, quality_rows
+import pytest
+
+from unstructured_mg.playback.quality import QualityRow, plain_rows, quality_rows
+from unstructured_mg.synthesis.options import SynthesisOptions
+from unstructured_mg.synthesis.quality import objections
+
+LIMITS = SynthesisOptions()
+CARD = {
+    "start": {"surface_m": 0.003, "surface": 0.75, "velocity_m": 0.002, "velocity": 1.25},
+    "end": {"surface_m": 0.0045, "surface": 1.75, "velocity_m": 0.0005, "velocity": None},
+    "surface_change_m": 0.004,
+    "volume_drift": 0.0625,
+    "inverted_tets": 0,
+    "self_intersections": 0.001,
+    "foot_slide_m": 0.5,
+    "texture": {"sharpness": 0.875, "holes_start": 0.25, "new_measure": 3},
+}
 
 
-def test_measures_limits_and_verdicts_come_out_in_order():
-    card = {
-        "surface_jump_mm": {"value": 1.25, "limit": 4.0, "holds": True},
-        "colour_jump": {"value": 2.5, "limit": 2.0, "holds": False},
-        "inverted_tets": 0,
-        "seams": {"start": 0.5, "end": None},
-        "method": "two_sided",
-    }
-    assert quality_rows(card) == [
-        QualityRow("surface jump mm", "1.25", "4", "good"),
-        QualityRow("colour jump", "2.5", "2", "poor"),
-        QualityRow("inverted tets", "0"),
-        QualityRow("seams: start", "0.5"),
-        QualityRow("seams: end", "none"),
-        QualityRow("method", "two_sided"),
+def test_what_is_judged_comes_first_with_its_limit_and_verdict():
+    assert quality_rows(CARD, LIMITS) == [
+        QualityRow("change of surface, first seam", "0.75 × (3 mm)", "1.5 × or 2 mm", "good"),
+        QualityRow("change of surface, last seam", "1.75 × (4.5 mm)", "1.5 × or 2 mm", "poor"),
+        QualityRow("change of velocity, first seam", "1.25 × (2 mm)", "1.5 × or 1 mm", "good"),
+        QualityRow("change of velocity, last seam", "0.5 mm", "1.5 × or 1 mm", "good"),
+        QualityRow("volume drift", "6.25 %", "5 %", "poor"),
+        QualityRow("cage cells inside out", "0", "0", "good"),
+        QualityRow("more faces that cut others", "0.1 %", "2 %", "good"),
+        QualityRow("slide of planted feet", "500 mm", "60 mm", "poor"),
+        QualityRow("change of surface in the capture", "4 mm"),
+        QualityRow("texture without a source, first seam", "25 %"),
+        QualityRow("sharpness of the middle to the ends", "0.875 ×"),
+        QualityRow("new measure", "3"),
     ]
-    assert quality_rows({}) == []
+    assert quality_rows({}, LIMITS) == []
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {},
+        {"start": {"surface_m": 0.0019, "surface": 9.0, "velocity_m": 0.0011, "velocity": None}},
+        {"volume_drift": None, "inverted_tets": 3, "self_intersections": 0.5},
+        {"foot_slide_m": 0.06, "end": {"surface_m": 0.0, "surface": 0.0, "velocity_m": 0.0, "velocity": 0.0}},
+    ],
+)
+def test_the_verdicts_are_those_of_the_synthesis(change):
+    card = {**CARD, **change}
+    poor = [row for row in quality_rows(card, LIMITS) if row.verdict == "poor"]
+    assert len(poor) == len(objections(card, LIMITS))
+
+
+def test_what_could_not_be_measured_is_said():
+    assert QualityRow("volume drift", "not measured", "5 %") in quality_rows({**CARD, "volume_drift": None}, LIMITS)
+
+
+def test_any_measures_become_rows():
+    assert plain_rows(
+        {"hausdorff_m": 0.183, "seams": {"start": 0.5, "end_m": None}, "steps": [1, 2], "method": "a_b"}
+    ) == [
+        QualityRow("hausdorff", "183 mm"),
+        QualityRow("seams: start", "0.5"),
+        QualityRow("seams: end", "not measured"),
+        QualityRow("steps", "1, 2"),
+        QualityRow("method", "a_b"),
+    ]

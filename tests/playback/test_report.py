@@ -15,6 +15,7 @@ from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.playback.pictures import Column, Picture, Seam, TransitionPictures
 from unstructured_mg.playback.report import write_report
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
+from unstructured_mg.synthesis.options import SynthesisOptions
 
 NASTY = "x<script>\"&'y"
 VOID = {"meta", "img", "input", "link", "br"}
@@ -83,10 +84,7 @@ def report_data(**change):
     covered = np.zeros(80, bool)
     covered[8:60] = True
     kept, refused = Candidate(12, 55, 0.3125, 0.25), Candidate(20, 70, 0.6875, -3.0)
-    card = {
-        "surface_jump_mm": {"value": 1.4375, "limit": 4.0, "holds": True},
-        "inverted_tets": {"value": 7, "limit": 0, "holds": False},
-    }
+    card = {"volume_drift": 0.03125, "inverted_tets": 7, "texture": {"sharpness": 0.9375}}
     content = {
         "title": f"Motion graph of {NASTY}",
         "capture": capture,
@@ -109,6 +107,8 @@ def report_data(**change):
         "visiting_after": covered / 52.0,
         "stage_minutes": (("reading", 0.25), ("tracking <1>", 12.5)),
         "pictures": pictures_of,
+        "pair_picture": lambda candidate: jpeg(candidate.source),
+        "limits": SynthesisOptions(),
         "notes": (f"Frames of {NASTY} crowd.",),
         "version": "1.2.3",
     }
@@ -174,21 +174,29 @@ def test_the_numbers_are_those_of_the_data(text):
     assert after("minutes") == "12.8" and after("total") == "12.8"
     assert after("reading") == "0.25" and after("tracking <1>") == "12.5"
     assert after("transitions made") == "2" and after("transitions in the graph") == "1"
-    row = cells.index("surface jump mm")
-    assert cells[row : row + 8] == ["surface jump mm", "1.438", "4", "good", "inverted tets", "7", "0", "poor"]
-    row = cells.index(f"{NASTY}:20 and other:30")
-    assert cells[row + 1 : row + 5] == ["0.6875", "tracking", f"did not fit {NASTY}", "hausdorff m 0.1875"]
+    row = cells.index("volume drift")
+    assert cells[row : row + 8] == ["volume drift", "3.12 %", "5 %", "good", "cage cells inside out", "7", "0", "poor"]
+    assert after("sharpness of the middle to the ends") == "0.9375 ×"
+    row = cells.index(f"Frames {NASTY}:20 and other:30")
+    assert cells[row + 1 : row + 5] == [
+        f"did not fit {NASTY}",
+        "688 mm apart, turned by −171.9°; refused in tracking",
+        "hausdorff",
+        "188 mm",
+    ]
+    row = cells.index(f"{NASTY}:12 and other:15")
+    assert cells[row + 1 : row + 4] == ["312 mm", "14.3°", "kept"]
     joined = "\n".join(cells)
-    assert "score 0.3125, turned by 14.3°" in joined
+    assert "312 mm apart, turned by 14.3°" in joined
     assert (
         f"leaves at frame {NASTY}:8, 7 synthesized frames, arrives at frame other:19; cost 0.3125; "
         "the target is turned by 28.6° and moved by 5 m"
     ) in joined
-    assert "First seam: mean change 3.25 levels of 255; the capture's own 3.125" in joined
+    assert "First seam: mean change of 3.25 levels of 255, in the capture 3.125" in joined
     share = np.linspace(1, 2, 80)[8:60]
     spread = np.abs(share / share.mean() - 1).mean()
     assert f"is {spread:.4g} with even choices and" in joined
-    assert "scores less than 0.8125" in joined
+    assert "pairs up to 812 mm are candidates" in joined
 
 
 def test_pictures_are_embedded_as_they_are_and_loaded_late(text):
@@ -199,7 +207,7 @@ def test_pictures_are_embedded_as_they_are_and_loaded_late(text):
     for source, target in ((12, 55), (55, 12)):
         made = pictures_of(source, target)
         expected += [made.film.data, made.sheet.data, made.start.picture.data, made.end.picture.data]
-    assert found == expected
+    assert found == [*expected, jpeg(20).data]
     assert "--film:0.8333s;--frames:25" in text
 
 
@@ -216,8 +224,11 @@ def test_without_a_candidate_the_nearest_pairs_are_shown(tmp_path):
     )
     page = Page(text)
     row = page.cells.index(f"{NASTY}:12 and other:15")
-    assert page.cells[row + 1 : row + 4] == ["0.3125", "0.3846 ×", "14.3°"]
-    assert "No pair scores less than the threshold of 0.8125." in page.text
+    assert page.cells[row + 1 : row + 4] == ["312 mm", "14.3°", ""]
+    assert "No pair comes within the threshold of 812 mm." in page.text
+    row = page.cells.index(f"Frames {NASTY}:12 and other:15")
+    assert page.cells[row + 1] == "312 mm apart, turned by 14.3°"
+    assert base64.b64encode(jpeg(12).data).decode() in text and base64.b64encode(jpeg(20).data).decode() in text
     assert "no two windows are alike enough" in page.text
     assert "Transitions" not in page.text
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from unstructured_mg.playback.svg import label, number, round_steps
+from unstructured_mg.playback.svg import label, length, number, percent, round_steps
 
 
 @pytest.mark.parametrize(
@@ -15,6 +15,25 @@ def test_numbers_are_short(value, text):
 
 def test_numbers_that_are_not_finite_are_named():
     assert [number(value) for value in (math.nan, math.inf, -math.inf)] == ["none", "∞", "−∞"]
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"),
+    [
+        (0.0, "0 mm"),
+        (0.00012, "0.1 mm"),
+        (-0.0123, "−12.3 mm"),
+        (0.05, "50 mm"),
+        (0.3161, "316 mm"),
+        (1.234567, "1.235 m"),
+    ],
+)
+def test_lengths_are_in_millimetres_below_a_metre(metres, text):
+    assert length(metres) == text
+
+
+def test_shares_are_in_percent():
+    assert [percent(share) for share in (0.0, 0.00123456, 0.5, -0.02)] == ["0 %", "0.123 %", "50 %", "−2 %"]
 
 
 @pytest.mark.parametrize("highest", [0.003, 0.9, 1.0, 1.08, 7.0, 149.0, 2283.0])

@@ -10,10 +10,10 @@ from PIL import Image
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.playback.colormap import COLORS, color_map
 from unstructured_mg.playback.report_data import PairOutcome
-from unstructured_mg.playback.svg import at, data_uri, figure, label, line, number, round_steps
+from unstructured_mg.playback.svg import at, data_uri, figure, label, length, line, round_steps
 
 # Plot units; the matrix picture has at most this many pixels a side.
-SIDE, MARGIN, PIXELS = 640.0, 46.0, 900
+SIDE, MARGIN, PIXELS = 640.0, 50.0, 900
 MISSING = 255
 
 
@@ -26,7 +26,7 @@ def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int
     Parameters
     ----------
     capture : for frame ids and clips
-    scores : (n, n) float, NaN where there is no window (grey)
+    scores : (n, n) float, metres, NaN where there is no window (grey)
     threshold : marked on the colour scale
     gap : frames; pairs nearer the diagonal than this were not considered
     pairs : kept ones are circles, refused ones crosses; each links to its place in the report
@@ -67,7 +67,7 @@ def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int
     for pair in sorted(pairs, key=lambda pair: pair.status == "kept"):
         parts.append(_mark(capture, pair, *place(pair.candidate.source, pair.candidate.target)))
     parts += _scale(right + 26, 8, SIDE, highest, threshold)
-    return figure(right + 96, bottom + 28, "Dissimilarity of all pairs of frames", parts)
+    return figure(right + 118, bottom + 28, "Dissimilarity of all pairs of frames", parts)
 
 
 def _png(scores: np.ndarray, highest: float) -> bytes:
@@ -94,7 +94,7 @@ def _mark(capture: Capture, pair: PairOutcome, x: float, y: float) -> str:
         if kept
         else f'<path class="refused" d="M{at(x - 4)} {at(y - 4)}l8 8m0-8l-8 8"/>'
     )
-    text = f"{source} and {target}: score {number(candidate.score)}, {'kept' if kept else 'refused: ' + pair.reason}"
+    text = f"{source} and {target}: {length(candidate.score)} apart, {'kept' if kept else 'refused: ' + pair.reason}"
     anchor = f"pair-{candidate.source}-{candidate.target}"
     reach = f'<circle class="reach" cx="{at(x)}" cy="{at(y)}" r="9"/>'
     return f'<a href="#{anchor}"><title>{escape(text)}</title>{reach}{shape}</a>'
@@ -116,13 +116,13 @@ def _scale(x: float, top: float, height: float, highest: float, threshold: float
     for value in round_steps(highest, 6):
         parts += [
             line(x + 14, level(value), x + 19, level(value), "axis"),
-            label(x + 22, level(value) + 4, number(value), "tick", "start"),
+            label(x + 22, level(value) + 4, length(value) if value else "0", "tick", "start"),
         ]
     if 0 < threshold <= highest:
         y = level(threshold)
         parts.append(
             f'<path class="threshold" d="M{at(x - 9)} {at(y - 5)}l9 5l-9 5z">'
-            f"<title>threshold {number(threshold)}</title></path>"
+            f"<title>threshold {length(threshold)}</title></path>"
         )
         parts.append(line(x, y, x + 14, y, "limit"))
     return parts

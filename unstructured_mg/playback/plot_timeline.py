@@ -53,7 +53,7 @@ def plot_timeline(capture: Capture, covered: np.ndarray | None, transitions: Seq
         kind = "arc" if entry.in_graph else "arc unused"
         parts.append(
             f'<a href="#pair-{first}-{second}"><title>{escape(text)}</title><path class="reach" d="{path}"/>'
-            f'<path class="{kind}" style="stroke:{color}" d="{path}"/></a>'
+            f'<path class="{kind}" style="--cost:{color}" d="{path}"/></a>'
         )
     for run in axis.runs:
         parts.append(_bar(axis.x[run.start], axis.x[run.stop - 1], axis.pitch, ground, "frames"))
@@ -88,9 +88,10 @@ def _bar(first: float, last: float, pitch: float, y: float, kind: str) -> str:
 
 def _legend(y: float, lowest: float, highest: float) -> list[str]:
     cells = 24
-    parts = [label(SIDE, y + 9, f"cost {number(lowest)}", "tick", "start")]
-    for cell in range(cells):
-        color = _color(cell / (cells - 1))
-        parts.append(f'<rect x="{at(SIDE + 84 + 6 * cell)}" y="{at(y)}" width="6.3" height="10" fill="{color}"/>')
-    parts.append(label(SIDE + 92 + 6 * cells, y + 9, number(highest), "tick", "start"))
-    return parts
+    parts = [
+        f'<rect class="cell" style="--cost:{_color(cell / (cells - 1))}" x="{at(SIDE + 6 * cell)}" y="{at(y)}" '
+        f'width="6.3" height="10"/>'
+        for cell in range(cells)
+    ]
+    text = f"cost {number(lowest)} to {number(highest)}"
+    return [*parts, label(SIDE + 6 * cells + 10, y + 9, text, "tick", "start")]

@@ -8,7 +8,7 @@ from unstructured_mg.capture.capture import Capture
 from unstructured_mg.playback.frame_axis import frame_axis
 from unstructured_mg.playback.svg import at, figure, label, line, number, round_steps
 
-WIDTH, HEIGHT, LEFT, SIDE, TOP = 1000.0, 210.0, 44.0, 16.0, 12.0
+WIDTH, HEIGHT, LEFT, SIDE, TOP = 1000.0, 210.0, 60.0, 16.0, 12.0
 
 
 def plot_visits(capture: Capture, covered: np.ndarray, before: np.ndarray, after: np.ndarray) -> str:

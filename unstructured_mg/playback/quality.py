@@ -1,15 +1,18 @@
-"""A quality card as rows of a table."""
+"""A quality card as rows of a table, with the limits that it was judged by."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from unstructured_mg.playback.svg import number
+from unstructured_mg.playback.svg import length, number, percent
+from unstructured_mg.synthesis.options import SynthesisOptions
+
+GOOD, POOR = "good", "poor"
 
 
 @dataclass(frozen=True)
 class QualityRow:
-    """One measure: ``limit`` and ``verdict`` ("good", "poor" or "") are empty where nothing is demanded of it."""
+    """One measure: ``limit`` and ``verdict`` (GOOD, POOR or "") are empty where nothing is demanded of it."""
 
     name: str
     value: str
@@ -17,32 +20,89 @@ class QualityRow:
     verdict: str = ""
 
 
-def quality_rows(card: Mapping[str, Any]) -> list[QualityRow]:
-    """The rows of a card, in its order; a group's name goes before its measures' names."""
-    return _rows(card, "")
+def _levels(value: float) -> str:
+    return f"{number(value)} / 255"
 
 
-def _rows(card: Mapping[str, Any], group: str) -> list[QualityRow]:
+def _times(value: float) -> str:
+    return f"{number(value)} ×"
+
+
+# Name, format and the option that limits it.
+_MEASURES: dict[str, tuple[str, Callable[[Any], str], str]] = {
+    "volume_drift": ("volume drift", percent, "volume_drift"),
+    "inverted_tets": ("cage cells inside out", number, "inverted_tets"),
+    "self_intersections": ("more faces that cut others", percent, "self_intersections"),
+    "foot_slide_m": ("slide of planted feet", length, "foot_slide"),
+    "surface_change_m": ("change of surface in the capture", length, ""),
+    "velocity_change_m": ("change of velocity in the capture", length, ""),
+    "speed_m": ("largest motion in the capture, a frame", length, ""),
+    "holes_start": ("texture without a source, first seam", percent, ""),
+    "holes_end": ("texture without a source, last seam", percent, ""),
+    "seam_color_start": ("change of colour, first seam", _levels, ""),
+    "seam_color_end": ("change of colour, last seam", _levels, ""),
+    "flow_residual_before": ("difference of textures before flow", _levels, ""),
+    "flow_residual_after": ("difference of textures after flow", _levels, ""),
+    "flow_unexplained": ("texture that flow does not explain", percent, ""),
+    "sharpness": ("sharpness of the middle to the ends", _times, ""),
+}
+
+
+def quality_rows(card: Mapping[str, Any], limits: SynthesisOptions) -> list[QualityRow]:
+    """The rows of a card in reading order: what is judged, what the capture itself does, then the rest of the card."""
+    rows = []
+    for key, place in (("surface", "change of surface"), ("velocity", "change of velocity")):
+        for seam, name in (("start", "first seam"), ("end", "last seam")):
+            if key in card.get(seam, {}):
+                rows.append(_jump(f"{place}, {name}", card[seam], key, limits))
+    rest = {**card, **card.get("texture", {})}
+    for seam in ("start", "end"):
+        beside = {k: v for k, v in card.get(seam, {}).items() if k.removesuffix("_m") not in ("surface", "velocity")}
+        rest[seam] = beside
+    rest.pop("texture", None)
+    known = [key for key in _MEASURES if key in rest]
+    for key in known:
+        name, text, option = _MEASURES[key]
+        rows.append(_limited(name, rest[key], text, getattr(limits, option) if option else None))
+    return rows + plain_rows({key: value for key, value in rest.items() if key not in known})
+
+
+def plain_rows(measures: Mapping[str, Any], group: str = "") -> list[QualityRow]:
+    """Rows of measures by their keys; one that ends in ``_m`` is in metres, a group's name goes before its own."""
     rows: list[QualityRow] = []
-    for key, entry in card.items():
-        name = f"{group}{key.replace('_', ' ')}"
-        if isinstance(entry, Mapping) and "value" in entry:
-            limit = entry.get("limit", entry.get("threshold"))
-            holds = entry.get("holds", entry.get("ok"))
-            verdict = "" if holds is None else "good" if holds else "poor"
-            rows.append(QualityRow(name, _text(entry["value"]), "" if limit is None else _text(limit), verdict))
-        elif isinstance(entry, Mapping):
-            rows += _rows(entry, f"{name}: ")
+    for key, value in measures.items():
+        name = group + key.removesuffix("_m").replace("_", " ")
+        if isinstance(value, Mapping):
+            rows += plain_rows(value, f"{name}: ")
+        elif key.endswith("_m") and isinstance(value, int | float):
+            rows.append(QualityRow(name, length(value)))
         else:
-            rows.append(QualityRow(name, _text(entry)))
+            rows.append(QualityRow(name, _plain(value)))
     return rows
 
 
-def _text(value: Any) -> str:
+def _jump(name: str, seam: Mapping[str, Any], key: str, limits: SynthesisOptions) -> QualityRow:
+    """A jump is judged as a ratio to the capture's own change, and not at all where it is tiny."""
+    ratio, size = seam[key], seam[f"{key}_m"]
+    largest, floor = getattr(limits, f"{key}_jump"), getattr(limits, f"{key}_jump_floor")
+    good = size <= floor or (ratio is not None and ratio <= largest)
+    value = length(size) if ratio is None else f"{number(ratio)} × ({length(size)})"
+    return QualityRow(name, value, f"{number(largest)} × or {length(floor)}", GOOD if good else POOR)
+
+
+def _limited(name: str, value: Any, text: Callable[[Any], str], limit: float | None) -> QualityRow:
     if value is None:
-        return "none"
+        return QualityRow(name, "not measured", "" if limit is None else text(limit))
+    if limit is None:
+        return QualityRow(name, text(value))
+    return QualityRow(name, text(value), text(limit), GOOD if value <= limit else POOR)
+
+
+def _plain(value: Any) -> str:
+    if value is None:
+        return "not measured"
     if isinstance(value, bool | int | float):
         return number(value)
     if isinstance(value, list | tuple):
-        return ", ".join(_text(each) for each in value)
+        return ", ".join(_plain(each) for each in value)
     return str(value)

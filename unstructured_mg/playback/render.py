@@ -1,7 +1,8 @@
 """Meshes to pixels without a graphics driver: the same arrays give the same bytes, also in workers."""
 
 import io
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from PIL import Image
@@ -13,6 +14,8 @@ from unstructured_mg.synthesis.transition import Transition
 
 # Nearer than this (metres) nothing is drawn.
 NEAR = 0.01
+# Pixels a side of the textures that are kept for pictures: what a picture of a few hundred pixels can show of an atlas.
+LARGEST = 1024
 
 
 @dataclass(frozen=True)
@@ -48,13 +51,13 @@ class Rendering:
 
 
 def drawable_frame(mesh: TexturedMesh) -> Drawable:
-    """A captured frame with its textures decoded."""
-    images = tuple(texture.pixels() for texture in mesh.textures) if len(mesh.face_uv) else ()
+    """A captured frame with its textures decoded, those larger than LARGEST averaged down."""
+    images = tuple(_reduced(texture.pixels()) for texture in mesh.textures) if len(mesh.face_uv) else ()
     return Drawable(mesh.vertices, mesh.faces, mesh.uv, mesh.face_uv, images, mesh.face_material, mesh.colors)
 
 
 def drawable_step(transition: Transition, step: int) -> Drawable:
-    """Step ``-k+1 .. k-1`` of a transition, in its source's captured place, with its texture decoded.
+    """Step ``-k+1 .. k-1`` of a transition, in its source's captured place, textured as by `drawable_frame`.
 
     Raises ValueError for a step that is not stored.
     """
@@ -64,9 +67,14 @@ def drawable_step(transition: Transition, step: int) -> Drawable:
     images: tuple[np.ndarray, ...] = ()
     if transition.textures:
         with Image.open(io.BytesIO(transition.textures[at])) as image:
-            images = (np.asarray(image.convert("RGB")),)
+            images = (_reduced(np.asarray(image.convert("RGB"))),)
     colors = None if transition.colors is None else transition.colors[at]
     return Drawable(transition.vertices[at], transition.faces, transition.uv, transition.face_uv, images, None, colors)
+
+
+def moved(drawable: Drawable, move: Callable[[np.ndarray], np.ndarray]) -> Drawable:
+    """The same with its vertices moved by ``move``, which takes and gives (n, 3)."""
+    return replace(drawable, vertices=move(drawable.vertices))
 
 
 def render(
@@ -210,6 +218,13 @@ def _thinned(drawable: Drawable, points: np.ndarray) -> tuple[np.ndarray, ...]:
     if factor == 1:
         return drawable.images
     return tuple(np.asarray(Image.fromarray(pixels).reduce(factor)) for pixels in drawable.images)
+
+
+def _reduced(pixels: np.ndarray) -> np.ndarray:
+    factor = 1
+    while max(pixels.shape[:2]) > factor * LARGEST:
+        factor *= 2
+    return pixels if factor == 1 else np.asarray(Image.fromarray(pixels).reduce(factor))
 
 
 def _doubled_areas(corners: np.ndarray) -> np.ndarray:

@@ -14,9 +14,13 @@ from unstructured_mg.playback.pictures import Picture, Seam, TransitionPictures
 from unstructured_mg.playback.plot_matrix import plot_matrix
 from unstructured_mg.playback.plot_timeline import plot_timeline
 from unstructured_mg.playback.plot_visits import plot_visits
-from unstructured_mg.playback.quality import quality_rows
+from unstructured_mg.playback.quality import plain_rows, quality_rows
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
-from unstructured_mg.playback.svg import data_uri, number
+from unstructured_mg.playback.svg import data_uri, length, number
+
+
+# Pixels: the playing film beside the tables.
+FILM_WIDTH = 170
 
 
 def write_report(data: ReportData, out: Path) -> None:
@@ -53,7 +57,7 @@ def _page(data: ReportData) -> Iterator[str]:
     yield _visits(data)
     yield from _transitions(data)
     yield _refused(data)
-    yield _nearest(data)
+    yield _without_candidates(data)
     made = f"unstructured_mg {data.version}".strip()
     yield f"<footer>Made by {escape(made)}.</footer>\n</main>\n</body>\n</html>\n"
 
@@ -159,23 +163,23 @@ def _tables(data: ReportData) -> str:
 
 
 def _matching(data: ReportData) -> str:
-    parts = ['<h2 id="matching">Matching</h2>\n']
     if data.scores is None:
-        return parts[0] + "<p>There is no matching result yet.</p>\n"
-    parts.append(
-        "<p>How unlike the motion around each two frames is, at the best turn of the figure. Dark valleys away from "
-        "the diagonal are moments that resemble each other; a candidate scores less than "
-        f"{number(data.threshold)}.</p>"
-    )
+        return '<h2 id="matching">Matching</h2>\n<p>There is no matching result yet.</p>\n'
     plot = plot_matrix(data.capture, data.scores, data.threshold, data.gap, data.pairs)
     key = []
     if _kept(data):
         key.append('<li><i class="ring"></i>kept</li>')
     if _refusals(data):
         key.append('<li><i class="cross">×</i>refused</li>')
-    key.append(f"<li>dashed: pairs less than {_count(data.gap, 'frame')} apart are not considered</li>")
-    parts.append(f'<div class="card"><div class="matrix">{plot}</div><ul class="key">{"".join(key)}</ul></div>\n')
-    return "".join(parts)
+    key.append('<li><i class="pointer"></i>threshold</li>')
+    key.append(f"<li>between the dashed lines: less than {_count(data.gap, 'frame')} apart, not considered</li>")
+    return (
+        '<h2 id="matching">Matching</h2>\n<p>How far apart the surfaces around each two frames are, at the best turn '
+        "of the figure. Dark valleys away from the diagonal are moments that resemble each other; pairs up to "
+        f"{length(data.threshold)} are candidates.</p>"
+        f'<div class="card matching"><figure>{plot}<ul class="key">{"".join(key)}</ul></figure>'
+        f"<div>{_nearest(data)}</div></div>\n"
+    )
 
 
 def _timeline(data: ReportData) -> str:
@@ -218,7 +222,7 @@ def _transitions(data: ReportData) -> Iterator[str]:
         '<h2 id="transitions">Transitions</h2>\n<p>Captured frames stand left and right of the orange lines, '
         "synthesized ones between them, all in the place of the transition's first frame and seen by one camera. The "
         "heat maps show what changes across a seam, and beside it what changes between the captured frames that follow "
-        "each other there: a good seam is no brighter.</p>\n"
+        "each other there: a good seam is no brighter. In the tables × stands for times the capture's own change.</p>\n"
     )
     outcomes = {(pair.candidate.source, pair.candidate.target): pair for pair in data.pairs}
     by_pair: dict[tuple[int, int], list[TransitionEntry]] = {}
@@ -242,7 +246,7 @@ def _pair_head(data: ReportData, key: tuple[int, int], outcome: PairOutcome | No
 
 
 def _candidate_numbers(candidate: Candidate) -> str:
-    return f"score {number(candidate.score)}, turned by {_degrees(candidate.yaw)}"
+    return f"{length(candidate.score)} apart, turned by {_degrees(candidate.yaw)}"
 
 
 def _way(data: ReportData, entry: TransitionEntry) -> str:
@@ -254,31 +258,36 @@ def _way(data: ReportData, entry: TransitionEntry) -> str:
     )
     shift = float(np.hypot(entry.alignment.x, entry.alignment.y))
     pictures = data.pictures(entry.source, entry.target)
-    rows = [
-        [
-            _cell(row.name, "th"),
-            _figure(row.value),
-            _figure(row.limit),
-            f'<td class="figure {row.verdict}">{row.verdict}</td>',
-        ]
-        for row in quality_rows(entry.card)
-    ]
-    head = [_cell("measure", "th"), _figure("value", "th"), _figure("limit", "th"), _figure("verdict", "th")]
-    card = f'<div class="scroll">{_table("Quality", head, rows)}</div>' if rows else ""
     return (
         f'<section class="way"><h4>{escape(name(entry.source))} to {escape(name(entry.target))} {badge}</h4>'
         f'<p class="numbers">leaves at frame {escape(name(entry.source - entry.k))}, {2 * entry.k - 1} synthesized '
         f"frames, arrives at frame {escape(name(entry.target + entry.k))}; cost {number(entry.cost)}; the target is "
-        f"turned by {_degrees(entry.alignment.yaw)} and moved by {number(shift)} m</p>"
-        f'<div class="play">{_film(pictures)}<div>{card}</div></div>{_sheet(pictures)}'
+        f"turned by {_degrees(entry.alignment.yaw)} and moved by {length(shift)}</p>"
+        f'<div class="play">{_film(pictures)}{_quality(data, entry)}</div>{_sheet(pictures)}'
         f'<div class="seams">{_seam("First seam", pictures.start)}{_seam("Last seam", pictures.end)}</div></section>\n'
     )
+
+
+def _quality(data: ReportData, entry: TransitionEntry) -> str:
+    """What is judged in one table, the other numbers of the card in another."""
+    judged, others = [], []
+    for row in quality_rows(entry.card, data.limits):
+        cells = [_cell(row.name, "th"), _figure(row.value)]
+        if row.verdict:
+            judged.append([*cells, _figure(row.limit), f'<td class="figure {row.verdict}">{row.verdict}</td>'])
+        else:
+            others.append(cells)
+    head = [_cell("quality", "th"), *(_figure(name, "th") for name in ("value", "limit", "verdict"))]
+    tables = [_table("", head, judged)] if judged else []
+    if others:
+        tables.append(_table("", [_cell("other measures", "th"), _figure("value", "th")], others))
+    return '<div class="measures">' + "".join(f'<div class="scroll">{table}</div>' for table in tables) + "</div>"
 
 
 def _film(pictures: TransitionPictures) -> str:
     frames = pictures.film_frames
     first, last = pictures.film_steps
-    width = pictures.film.width // frames
+    width = min(pictures.film.width // frames, FILM_WIDTH)
     inside = f"left:{100 * first / frames:.3f}%;width:{100 * (last - first + 1) / frames:.3f}%"
     return (
         f'<figure style="width:{width}px;max-width:100%;--film:{frames / pictures.fps:.4f}s;--frames:{frames}">'
@@ -301,7 +310,7 @@ def _seam(title: str, seam: Seam) -> str:
     labels = "".join(f"<span>{escape(label)}</span>" for label in seam.labels)
     return (
         f'<figure class="seam"><div class="labels">{labels}</div>{_image(seam.picture, title)}'
-        f"<figcaption>{title}: mean change {number(seam.change)} levels of 255; the capture's own "
+        f"<figcaption>{title}: mean change of {number(seam.change)} levels of 255, in the capture "
         f"{number(seam.own_change)}</figcaption></figure>"
     )
 
@@ -310,7 +319,7 @@ def _image(picture: Picture, alternative: str, style: str = "") -> str:
     extra = f' style="{style}"' if style else ""
     return (
         f'<img src="{data_uri(picture.data, "image/jpeg")}" width="{picture.width}" height="{picture.height}" '
-        f'alt="{escape(alternative)}" loading="lazy" decoding="async"{extra}>'
+        f'alt="{escape(alternative)}" loading="lazy"{extra}>'
     )
 
 
@@ -318,42 +327,60 @@ def _refused(data: ReportData) -> str:
     refusals = _refusals(data)
     if not refusals:
         return ""
-    rows = [
-        [
-            _cell(" and ".join(data.capture.frame_id(i) for i in (pair.candidate.source, pair.candidate.target)), "th"),
-            _figure(number(pair.candidate.score)),
-            _cell(pair.stage),
-            _cell(pair.reason),
-            _cell(", ".join(f"{name.replace('_', ' ')} {number(value)}" for name, value in pair.measures.items())),
-        ]
-        for pair in refusals
-    ]
-    anchors = [f"pair-{pair.candidate.source}-{pair.candidate.target}" for pair in refusals]
-    head = [_cell("pair", "th"), _figure("score", "th"), *(_cell(n, "th") for n in ("stage", "reason", "numbers"))]
-    table = _table("", head, rows, anchors)
-    return f'<h2 id="refused">Refused pairs</h2>\n<div class="card"><div class="scroll">{table}</div></div>\n'
+    cards = []
+    for pair in refusals:
+        rows = [[_cell(row.name, "th"), _figure(row.value)] for row in plain_rows(pair.measures)]
+        numbers = f'<p class="numbers">{_candidate_numbers(pair.candidate)}; refused in {escape(pair.stage)}</p>'
+        table = _table("", [], rows) if rows else ""
+        anchor = f"pair-{pair.candidate.source}-{pair.candidate.target}"
+        cards.append(_pair_card(data, pair.candidate, f"<p>{escape(pair.reason)}</p>{numbers}{table}", anchor))
+    return f'<h2 id="refused">Refused pairs</h2>\n<div class="pairs">{"".join(cards)}</div>\n'
 
 
 def _nearest(data: ReportData) -> str:
     if not data.nearest:
-        return ""
+        return "<p>The capture is too short for two windows.</p>"
+    tried = {(pair.candidate.source, pair.candidate.target): pair.status for pair in data.pairs}
     rows = [
         [
-            _cell(" and ".join(data.capture.frame_id(i) for i in (candidate.source, candidate.target)), "th"),
-            _figure(number(candidate.score)),
-            _figure(f"{number(candidate.score / data.threshold)} ×" if data.threshold > 0 else ""),
+            _cell(_pair_name(data, candidate), "th"),
+            _figure(length(candidate.score)),
             _figure(_degrees(candidate.yaw)),
+            _cell(tried.get((candidate.source, candidate.target), "")),
         ]
         for candidate in data.nearest
     ]
-    head = [_cell("pair", "th"), *(_figure(name, "th") for name in ("score", "of the threshold", "turned by"))]
-    table = f'<div class="scroll">{_table("", head, rows)}</div>'
-    if data.candidates:
-        return f'<details class="card"><summary>Nearest pairs, candidates or not</summary>{table}</details>\n'
-    return (
-        f'<h2 id="nearest">Nearest pairs</h2>\n<p>No pair scores less than the threshold of {number(data.threshold)}. '
-        f'These come nearest.</p><div class="card">{table}</div>\n'
+    head = [_cell("frames", "th"), *(_figure(name, "th") for name in ("apart", "turned by")), _cell("", "th")]
+    return f'<div class="scroll">{_table("Nearest pairs", head, rows)}</div>'
+
+
+def _without_candidates(data: ReportData) -> str:
+    """What comes nearest, as pictures, where no pair is a candidate."""
+    if data.candidates or not data.nearest or data.pair_picture is None:
+        return ""
+    cards = "".join(
+        _pair_card(
+            data,
+            candidate,
+            f"<p>{length(candidate.score)} apart, turned by {_degrees(candidate.yaw)}</p>",
+            f"nearest-{candidate.source}-{candidate.target}",
+        )
+        for candidate in data.nearest
     )
+    return (
+        f'<h2 id="nearest">Nearest pairs</h2>\n<p>No pair comes within the threshold of {length(data.threshold)}. '
+        f'These come nearest.</p><div class="pairs">{cards}</div>\n'
+    )
+
+
+def _pair_card(data: ReportData, candidate: Candidate, text: str, anchor: str) -> str:
+    name = _pair_name(data, candidate)
+    picture = "" if data.pair_picture is None else _image(data.pair_picture(candidate), f"Frames {name}")
+    return f'<div class="card" id="{anchor}">{picture}<h3>Frames {escape(name)}</h3>{text}</div>'
+
+
+def _pair_name(data: ReportData, candidate: Candidate) -> str:
+    return f"{data.capture.frame_id(candidate.source)} and {data.capture.frame_id(candidate.target)}"
 
 
 def _degrees(radians: float) -> str:
@@ -373,23 +400,15 @@ def _figure(text: str, tag: str = "td") -> str:
     return f'<{tag} class="figure">{escape(text)}</{tag}>'
 
 
-def _table(
-    caption: str,
-    head: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    anchors: Sequence[str] = (),
-    foot: Sequence[str] = (),
-) -> str:
-    """A table of ready cells; ``anchors`` are the ids of its rows."""
-    body = "".join(
-        f"<tr{f' id={chr(34)}{anchors[i]}{chr(34)}' if anchors else ''}>{''.join(row)}</tr>"
-        for i, row in enumerate(rows)
-    )
+def _table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], foot: Sequence[str] = ()) -> str:
+    """A table of ready cells."""
     return (
         "<table>"
         + (f"<caption>{escape(caption)}</caption>" if caption else "")
         + (f"<thead><tr>{''.join(head)}</tr></thead>" if head else "")
-        + f"<tbody>{body}</tbody>"
+        + "<tbody>"
+        + "".join(f"<tr>{''.join(row)}</tr>" for row in rows)
+        + "</tbody>"
         + (f"<tfoot><tr>{''.join(foot)}</tr></tfoot>" if foot else "")
         + "</table>"
     )

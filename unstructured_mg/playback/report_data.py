@@ -1,6 +1,6 @@
 """What the report is made of: plain values, filled in from a work folder."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +9,8 @@ import numpy as np
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.matching.candidates import Candidate
-from unstructured_mg.playback.pictures import TransitionPictures
+from unstructured_mg.playback.pictures import Picture, TransitionPictures
+from unstructured_mg.synthesis.options import SynthesisOptions
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class PairOutcome:
     status: str
     stage: str = ""
     reason: str = ""
-    measures: dict[str, float] = field(default_factory=dict)
+    measures: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,9 @@ class ReportData:
     title : the report's heading
     capture : for frame ids, clips, gaps, faults and warnings; its frames are not read
     capture_summary : (label, value) rows
-    scores : (n, n) float32 windowed dissimilarity, NaN where there is no window, or None
-    threshold : candidates score less than this
-    gap : pairs closer than this many frames are no candidates
+    scores : (n, n) float32 windowed dissimilarity, metres, NaN where there is no window, or None
+    threshold : metres; no candidate scores more
+    gap : pairs of one clip closer than this many frames are no candidates
     candidates : ranked best first
     nearest : the best pairs whatever their score
     pairs : the candidates that were tried, in that order
@@ -68,6 +69,8 @@ class ReportData:
     stage_minutes : (stage, minutes) rows
     notes : sentences on the graph, for instance why the visits cannot be uniform
     pictures : pictures of the transition with the given source and target; called once each, in order
+    pair_picture : a picture of a refused or nearest pair; or None to do without
+    limits : what the transitions' quality was judged by
     version : of the program
     """
 
@@ -86,5 +89,7 @@ class ReportData:
     visiting_after: np.ndarray | None
     stage_minutes: tuple[tuple[str, float], ...]
     pictures: Callable[[int, int], TransitionPictures]
+    pair_picture: Callable[[Candidate], Picture] | None
+    limits: SynthesisOptions
     notes: tuple[str, ...] = ()
     version: str = ""

@@ -25,11 +25,11 @@ def stage(camera: Camera, figure: Drawable, centre: np.ndarray) -> np.ndarray:
     """
     light = np.ones((camera.height, camera.width))
     down, floor = _floor_points(camera)
-    if down.any():
-        x, y = floor[..., 0], floor[..., 1]
-        fade = np.clip(1 - np.hypot(x - centre[0], y - centre[1]) / RADIUS, 0, 1) ** 0.7
+    x, y = floor[..., 0], floor[..., 1]
+    fade = np.where(down, np.clip(1 - np.hypot(x - centre[0], y - centre[1]) / RADIUS, 0, 1) ** 0.7, 0)
+    if fade.any():
         line = np.maximum(_line_share(x), _line_share(y))
-        light = light - np.where(down, fade * (0.035 + 0.16 * line), 0)
+        light = light - fade * (0.035 + 0.16 * line)
         light *= 1 - 0.7 * np.where(down, _shadow(figure, x, y), 0)
     return np.rint(light[..., None] * np.array(BACKDROP, np.float64)).astype(np.uint8)
 

@@ -17,6 +17,20 @@ def number(value: float) -> str:
     return text.replace("-", "−", 1) if text.startswith("-") else text
 
 
+def length(metres: float) -> str:
+    """Metres as people say them: millimetres below one metre, to a tenth below ten centimetres."""
+    size = abs(metres)
+    if not math.isfinite(metres) or size >= 0.9995:
+        return f"{number(float(metres))} m"
+    text = f"{1000 * metres:.0f}" if size >= 0.09995 else f"{1000 * metres:.1f}".removesuffix(".0")
+    return f"{text} mm".replace("-", "−", 1)
+
+
+def percent(share: float) -> str:
+    """A share of one in percent, with three significant digits."""
+    return f"{100 * share:.3g} %".replace("-", "−", 1)
+
+
 def at(value: float) -> str:
     """A coordinate: two decimals are a fiftieth of a pixel on a large screen."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
