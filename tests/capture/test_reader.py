@@ -1,61 +1,14 @@
-import json
-import os
-import pickle
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
-import trimesh
+from broken_captures import BODY_FACES, BODY_VERTICES, break_frames, write_frames
 from PIL import Image
 from real_captures import real_capture
 
-from unstructured_mg.capture.capture import Capture, frame_hash
-from unstructured_mg.capture.obj_writer import write_obj
+from unstructured_mg.capture.capture import frame_hash
 from unstructured_mg.capture.reader import open_capture
 from unstructured_mg.errors import UserError
-
-BODY = trimesh.creation.capsule(height=1.3, radius=0.2, count=[12, 12])
-BODY_VERTICES = np.array(BODY.vertices)[:, [0, 2, 1]] + [0, 0.85, 0]  # y up, from 0 to 1.7
-BODY_FACES = np.array(BODY.faces, np.int32)[:, ::-1]
-
-
-def write_frame(folder, number, pattern="frame_{:04d}", vertices=BODY_VERTICES, texture=True):
-    folder.mkdir(exist_ok=True, parents=True)
-    stem = pattern.format(number)
-    images = ()
-    if texture:
-        images = (f"{stem}.png",)
-        Image.new("RGB", (8, 8), (number % 256, 100, 50)).save(folder / images[0])
-    uv = BODY_VERTICES[:, :2] / 2 + 0.3
-    write_obj(folder / f"{stem}.obj", vertices, BODY_FACES, uv, BODY_FACES, images)
-
-
-def write_frames(folder, numbers, **options):
-    for number in numbers:
-        write_frame(folder, number, **options)
-    return folder
-
-
-def test_gaps_padding_and_clips_keep_their_numbers_and_order(tmp_path):
-    write_frames(tmp_path / "take 10", [1, 2], pattern="f{}")
-    write_frames(tmp_path / "take 2", [0, 1, 2, 4, 5, 9, 10, 11], pattern="frame_{}")
-    capture = open_capture(tmp_path, fps=25)
-    assert [capture.frame_id(i) for i in range(len(capture))] == [
-        *(f"take 2:{number}" for number in (0, 1, 2, 4, 5, 9, 10, 11)),
-        *("take 10:1", "take 10:2"),
-    ]
-    assert capture.runs() == [range(0, 3), range(3, 5), range(5, 8), range(8, 10)]
-    np.testing.assert_array_equal(np.flatnonzero(capture.window_centres(1)), [1, 6])
-    assert not capture.window_centres(2).any()
-    assert capture.index_of("take 10:2") == 9 and capture.fps == 25 and not capture.faults
-    with pytest.raises(UserError, match="take 2:3"):
-        capture.index_of("take 2:3")
-
-
-def test_one_clip_has_plain_numbers_as_ids(tmp_path):
-    capture = open_capture(write_frames(tmp_path, [8, 9, 10]))
-    assert [capture.frame_id(i) for i in range(3)] == ["8", "9", "10"]
-    assert capture.index_of("0009") == 1
 
 
 def test_read_turns_to_metres_z_up_and_floor_zero(tmp_path):
@@ -82,40 +35,6 @@ def test_given_placement_wins_over_the_sidecar_and_the_sidecar_over_the_guess(tm
     (tmp_path / "capture.json").unlink()
     with pytest.raises(UserError, match="unit is 'mile'"):
         open_capture(tmp_path, fps=3, unit="mile")
-
-
-def break_frames(folder):
-    """Frames 0 to 29, of which these are broken."""
-    write_frames(folder, range(30))
-    obj = [folder / f"frame_{i:04d}.obj" for i in range(30)]
-    text = obj[0].read_text()
-    obj[1].unlink()
-    obj[2].write_text("")
-    obj[3].write_text("not a mesh")
-    obj[4].write_text(text.replace("v ", "v nan ", 1))
-    obj[5].write_text(text + "f 1/1 2/2 99999/1\n")
-    obj[6].with_suffix(".png").unlink()
-    obj[7].with_suffix(".png").write_bytes(obj[7].with_suffix(".png").read_bytes()[:40])
-    obj[8].with_suffix(".mtl").write_text("newmtl material_0\nmap_Kd ../other.png\n")
-    obj[9].write_text("".join(line for line in text.splitlines(True) if not line.startswith("f")))
-    obj[10].unlink()
-    os.mkfifo(obj[10])
-    obj[11].write_text(text[: len(text) // 2])
-    obj[12].with_suffix(".mtl").unlink()
-    obj[12].with_suffix(".png").unlink()
-    return {
-        2: "the file is empty",
-        3: "it holds no vertices",
-        4: "vertex 1 is not a number",
-        5: "names vertex 99999",
-        6: 'its texture "frame_0006.png" is not there',
-        7: "cannot be decoded",
-        8: 'the path "../other.png" leads outside the capture folder',
-        9: "it holds no faces",
-        10: "it is not a regular file",
-        11: "",
-        12: "it has no texture, though other frames have one",
-    }
 
 
 def test_every_bad_frame_is_a_fault_with_file_and_remedy_and_leaves_a_gap(tmp_path):
@@ -178,13 +97,6 @@ def test_frame_hash_depends_on_every_file_of_the_frame_and_on_nothing_else(tmp_p
     Image.new("RGB", (8, 8)).save(tmp_path / "a" / "frame_0001.png")
     seen.add(frame_hash(open_capture(tmp_path / "a"), 0))
     assert len(seen) == 4
-
-
-def test_a_capture_survives_json_and_pickle(tmp_path):
-    break_frames(tmp_path)
-    capture = open_capture(tmp_path)
-    assert Capture.from_json(json.loads(json.dumps(capture.to_json()))) == capture
-    assert pickle.loads(pickle.dumps(capture)) == capture
 
 
 def test_a_file_that_went_bad_since_is_a_user_error(tmp_path):

@@ -4,6 +4,8 @@ import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from unstructured_mg.capture.capture import FrameFile
 from unstructured_mg.capture.frame_error import FrameError
 from unstructured_mg.capture.frame_reader import read_frame
@@ -11,6 +13,7 @@ from unstructured_mg.capture.image import check_image
 from unstructured_mg.capture.paths import read_regular_file
 from unstructured_mg.capture.placement import FrameBounds, frame_bounds
 from unstructured_mg.errors import FrameFault
+from unstructured_mg.geometry.components import compact, significant_faces
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,13 @@ def _check_frame(file: FrameFile, folder: Path, digests: dict[Path, bytes]) -> C
         )
     return CheckedFrame(
         replace(file, sha256=whole.hexdigest()),
-        frame_bounds(mesh.vertices),
+        frame_bounds(_body(mesh.vertices, mesh.faces)),
         bool(mesh.textures),
         mesh.colors is not None,
     )
+
+
+def _body(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The vertices of all components but debris: where the frame stands is read off these."""
+    kept = significant_faces(vertices, faces)
+    return vertices if kept.all() else compact(vertices, faces[kept])[0]

@@ -15,7 +15,7 @@ from unstructured_mg.geometry.laplacian import face_areas
 #: Reader by suffix; also the order of choice where a frame has several files.
 READERS = {".obj": read_obj, ".ply": read_ply}
 
-#: Coordinates beyond this, in the file's unit, are a broken export: squares of them would lose the body's own size.
+#: Coordinates beyond this, in the file's unit, are a broken export: beside them the body's own size would be lost.
 LARGEST_COORDINATE = 1e9
 
 
@@ -28,18 +28,19 @@ def read_frame(path: Path, folder: Path) -> tuple[TexturedMesh, Tidied, RawMesh]
     """
     raw = READERS[path.suffix.lower()](path, folder)
     remedy = "export the frame again"
-    finite = np.isfinite(raw.vertices).all(axis=1)
-    if not finite.all():
-        raise FrameError(path, f"vertex {int(np.argmin(finite)) + 1} is not a number (or not finite)", remedy)
-    if np.abs(raw.vertices).max() > LARGEST_COORDINATE:
-        raise FrameError(path, f"a coordinate exceeds {LARGEST_COORDINATE:.0e}", remedy)
-    finite = np.isfinite(raw.uv).all(axis=1)
-    if not finite.all():
-        raise FrameError(
-            path, f"texture coordinate {int(np.argmin(finite)) + 1} is not a number (or not finite)", remedy
-        )
+    for values, name in ((raw.vertices, "vertex"), (raw.uv, "texture coordinate")):
+        with np.errstate(invalid="ignore"):
+            usable = (np.abs(values) <= LARGEST_COORDINATE).all(axis=1)  # not so for NaN
+        if not usable.all():
+            first = int(np.argmin(usable))
+            limit = (
+                f"exceeds {LARGEST_COORDINATE:.0e}" if np.isfinite(values[first]).all() else "is not a finite number"
+            )
+            raise FrameError(path, f"{name} {first + 1} {limit}", remedy)
     mesh, tidied = tidy(raw)
-    if not face_areas(mesh.vertices, mesh.faces).sum() > 0:
+    # block by block: the first nearly always settles it
+    blocks = (mesh.faces[start : start + 1024] for start in range(0, len(mesh.faces), 1024))
+    if not any((face_areas(mesh.vertices, block) > 0).any() for block in blocks):
         raise FrameError(path, "none of its faces has any area", remedy)
     if mesh.textures and len(mesh.uv) == 0:
         raise FrameError(path, "it has a texture but no texture coordinates", "export the frame with its uvs")

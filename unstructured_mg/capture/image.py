@@ -1,5 +1,6 @@
 """Texture images to pixels."""
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,11 +53,20 @@ def check_image(path: Path) -> tuple[int, int]:
     return size
 
 
+def image_size(path: Path) -> tuple[int, int]:
+    """``(width, height)`` as the image's header has it. Raises UserError as read_image, but damaged pixels go
+    unnoticed.
+    """
+    with _opened(path) as image:
+        return image.size
+
+
 @contextmanager
 def _opened(path: Path) -> Iterator[Image.Image]:
     remedy = "export the texture again as PNG or JPEG"
     try:
-        with Image.open(path, formats=FORMATS) as image:
+        # what Pillow only warns of (odd metadata) does not matter here, or is refused below
+        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
             width, height = image.size
             if width * height > MOST_PIXELS:
                 raise FrameError(

@@ -38,7 +38,7 @@ def read_obj(path: Path, folder: Path) -> RawMesh:
     text = read_regular_file(path)
     if b"\r" in text and b"\n" not in text:
         text = text.replace(b"\r", b"\n")
-    if b"\\\n" in text or b"\\\r\n" in text:
+    if b"\\" in text:
         text = text.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
     if text.startswith(b"\xef\xbb\xbf"):
         text = text[3:]

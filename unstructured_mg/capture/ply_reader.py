@@ -288,13 +288,15 @@ def _vertices(tables: dict[str, _Table]) -> tuple[np.ndarray, np.ndarray | None,
     for names in _UV_NAMES:
         pair = [values for values in (_scalar(table, name) for name in names) if values is not None]
         if len(pair) == 2:
-            uv = np.stack(pair, axis=1).astype(np.float64)
+            with np.errstate(invalid="ignore"):
+                uv = np.stack(pair, axis=1).astype(np.float64)
             break
     colors = None
     channels = [values for values in (_scalar(table, name) for name in ("red", "green", "blue")) if values is not None]
     if len(channels) == 3:
         colors = _colors(np.stack(channels, axis=1))
-    return np.stack(present, axis=1).astype(np.float64), uv, colors
+    with np.errstate(invalid="ignore"):  # signalling NaNs: refused with the others, in frame_reader
+        return np.stack(present, axis=1).astype(np.float64), uv, colors
 
 
 def _colors(raw: np.ndarray) -> np.ndarray:

@@ -1,8 +1,6 @@
 """Connected components, welding and boundary of triangle meshes."""
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from unstructured_mg import _native
 from unstructured_mg.geometry.laplacian import face_areas
@@ -42,12 +40,16 @@ def compact(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def face_components(vertex_count: int, faces: np.ndarray) -> np.ndarray:
-    """Component label ``(m,) int32`` of every face; faces that share a vertex belong together."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = sp.coo_matrix((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), (vertex_count, vertex_count))
-    _, labels = connected_components(graph, directed=False)
-    _, compact = np.unique(labels[faces[:, 0]], return_inverse=True)
-    return compact.reshape(-1).astype(np.int32)
+    """Component label ``(m,) int32`` of every face; faces that share a vertex belong together.
+
+    Labels count from 0 by each component's first vertex. Raises ValueError where a face names a vertex out of range.
+    """
+    labels = np.empty(vertex_count, np.int32)
+    count = _native.vertex_components(np.ascontiguousarray(faces, np.int32), labels)
+    label = labels[faces[:, 0]]
+    has_face = np.zeros(count, bool)
+    has_face[label] = True
+    return (np.cumsum(has_face, dtype=np.int32) - 1)[label]
 
 
 def significant_faces(vertices: np.ndarray, faces: np.ndarray, share: float = 0.01) -> np.ndarray:
