@@ -18,6 +18,8 @@ typedef struct {
     int32_t *triangle;
 } Sites;
 
+static float height(const Grid *g, Py_ssize_t i) { return (float)(g->bottom + (double)i * g->height_step); }
+
 /* Offer the sites of one row of grid points to another row, all at height z. */
 UMG_VECTORISED
 static void relax(Py_ssize_t count, const float *restrict px, const float *restrict py, float pz, float *restrict square,
@@ -36,23 +38,21 @@ static void relax(Py_ssize_t count, const float *restrict px, const float *restr
     }
 }
 
-static void relax_rows(const Grid *g, Sites *s, const float *px, const float *py, float pz, Py_ssize_t to, Py_ssize_t from,
-                       Py_ssize_t count) {
+static void relax_rows(Sites *s, const float *px, const float *py, float pz, Py_ssize_t to, Py_ssize_t from, Py_ssize_t count) {
     relax(count, px, py, pz, s->square + to, s->x + to, s->y + to, s->z + to, s->triangle + to, s->x + from, s->y + from,
           s->z + from, s->triangle + from);
-    (void)g;
 }
 
+/* The same for one point. Without a branch: which site is nearer is not predictable. */
 static void relax_point(Sites *s, float px, float py, float pz, Py_ssize_t to, Py_ssize_t from) {
     float dx = px - s->x[from], dy = py - s->y[from], dz = pz - s->z[from];
     float candidate = dx * dx + dy * dy + dz * dz;
-    if (candidate < s->square[to]) {
-        s->square[to] = candidate;
-        s->x[to] = s->x[from];
-        s->y[to] = s->y[from];
-        s->z[to] = s->z[from];
-        s->triangle[to] = s->triangle[from];
-    }
+    Py_ssize_t best = candidate < s->square[to] ? from : to;
+    s->square[to] = candidate < s->square[to] ? candidate : s->square[to];
+    s->x[to] = s->x[best];
+    s->y[to] = s->y[best];
+    s->z[to] = s->z[best];
+    s->triangle[to] = s->triangle[best];
 }
 
 /* One round of handing sites on to neighbours, along height, angle and radius, both ways each. A handed-on site is a point
@@ -62,30 +62,29 @@ static void sweep(const Grid *g, Sites *s, const float *px, const float *py) {
     for (Py_ssize_t j = 0; j < R; j++) {
         const float *x = px + j * A, *y = py + j * A;
         for (Py_ssize_t step = 1; step < Z; step++)
-            relax_rows(g, s, x, y, (float)(g->bottom + (double)step * g->height_step), (j * Z + step) * A, (j * Z + step - 1) * A,
+            relax_rows(s, x, y, height(g, step), (j * Z + step) * A, (j * Z + step - 1) * A,
                        A);
         for (Py_ssize_t step = Z - 2; step >= 0; step--)
-            relax_rows(g, s, x, y, (float)(g->bottom + (double)step * g->height_step), (j * Z + step) * A, (j * Z + step + 1) * A,
+            relax_rows(s, x, y, height(g, step), (j * Z + step) * A, (j * Z + step + 1) * A,
                        A);
-        for (Py_ssize_t i = 0; i < Z; i++) {
-            const Py_ssize_t row = (j * Z + i) * A;
-            const float z = (float)(g->bottom + (double)i * g->height_step);
-            /* One and a half turns, so that what starts anywhere gets half way round. */
-            for (Py_ssize_t step = 1; step < A + A / 2; step++)
-                relax_point(s, x[step % A], y[step % A], z, row + step % A, row + (step - 1) % A);
-            for (Py_ssize_t step = A + A / 2 - 2; step >= 0; step--)
-                relax_point(s, x[step % A], y[step % A], z, row + step % A, row + (step + 1) % A);
-        }
+        /* One and a half turns each way, so that a site gets half way round from anywhere. Heights innermost: a step waits
+         * for the step before it, but not for other heights. */
+        for (Py_ssize_t step = 1; step < A + A / 2; step++)
+            for (Py_ssize_t i = 0; i < Z; i++)
+                relax_point(s, x[step % A], y[step % A], height(g, i), (j * Z + i) * A + step % A, (j * Z + i) * A + (step - 1) % A);
+        for (Py_ssize_t step = A + A / 2 - 2; step >= 0; step--)
+            for (Py_ssize_t i = 0; i < Z; i++)
+                relax_point(s, x[step % A], y[step % A], height(g, i), (j * Z + i) * A + step % A, (j * Z + i) * A + (step + 1) % A);
     }
     for (Py_ssize_t i = 0; i < Z; i++) {
-        const float z = (float)(g->bottom + (double)i * g->height_step);
+        const float z = height(g, i);
         for (Py_ssize_t j = R - 2; j >= 0; j--)
-            relax_rows(g, s, px + j * A, py + j * A, z, (j * Z + i) * A, ((j + 1) * Z + i) * A, A);
+            relax_rows(s, px + j * A, py + j * A, z, (j * Z + i) * A, ((j + 1) * Z + i) * A, A);
         /* Across the axis to the opposite angle. */
         for (Py_ssize_t a = 0; a < A; a++)
             relax_point(s, px[a], py[a], z, i * A + a, i * A + (a + A / 2) % A);
         for (Py_ssize_t j = 1; j < R; j++)
-            relax_rows(g, s, px + j * A, py + j * A, z, (j * Z + i) * A, ((j - 1) * Z + i) * A, A);
+            relax_rows(s, px + j * A, py + j * A, z, (j * Z + i) * A, ((j - 1) * Z + i) * A, A);
     }
 }
 
@@ -101,34 +100,41 @@ static void cubic_weights(double t, float *w) {
     w[3] = (float)(0.5 * t * t * (t - 1));
 }
 
-static void add_sample(const Grid *g, float *indicator, Sites *s, const float *px, const float *py, const double *p, double area,
-                       int32_t triangle) {
+/* Rows of the indicator while it is filled: one angle more before the first and two after the last, folded back at the end. */
+#define PADDED(angles) ((angles) + 3)
+
+UMG_VECTORISED
+static void add_sample(const Grid *g, float *restrict indicator, Sites *s, const float *px, const float *py, const double *p,
+                       double area, int32_t triangle) {
     const Py_ssize_t A = g->angles, Z = g->heights;
     double turns = atan2(p[1], p[0]) / 6.283185307179586;
-    double u = (turns - floor(turns)) * (double)A;
+    double u = (turns < 0 ? turns + 1 : turns) * (double)A;
     double v = clamp(sqrt(p[0] * p[0] + p[1] * p[1]) / g->radius_step - 0.5, -0.5, (double)g->radii - 2.001);
     double w = clamp((p[2] - g->bottom) / g->height_step, 1, (double)Z - 2.001);
-    Py_ssize_t a0 = (Py_ssize_t)floor(u), j0 = (Py_ssize_t)floor(v), i0 = (Py_ssize_t)floor(w);
+    Py_ssize_t a0 = (Py_ssize_t)u, j0 = (Py_ssize_t)(v + 1) - 1, i0 = (Py_ssize_t)w;
     float wa[4], wr[4], wz[4];
     cubic_weights(u - (double)a0, wa);
     cubic_weights(v - (double)j0, wr);
     cubic_weights(w - (double)i0, wz);
+    a0 = a0 < A ? a0 : a0 - A;
     for (int dj = 0; dj < 4; dj++) {
-        Py_ssize_t j = j0 - 1 + dj, turn = 0;
+        Py_ssize_t j = j0 - 1 + dj, start = a0;
         if (j < 0) { /* the other side of the axis */
             j = -1 - j;
-            turn = A / 2;
+            start = a0 < A / 2 ? a0 + A / 2 : a0 - A / 2;
         }
         for (int di = 0; di < 4; di++) {
-            Py_ssize_t i = i0 - 1 + di, row = (j * Z + i) * A;
+            float *restrict row = indicator + (j * Z + i0 - 1 + di) * PADDED(A) + start;
             float mass = (float)area * wr[dj] * wz[di];
-            for (int da = 0; da < 4; da++) {
-                Py_ssize_t index = row + (a0 - 1 + da + A + turn) % A;
-                indicator[index] += mass * wa[da];
-                if (di == 0 || di == 3 || dj == 0 || dj == 3 || da == 0 || da == 3)
-                    continue;
-                float dx = px[j * A + index - row] - (float)p[0], dy = py[j * A + index - row] - (float)p[1];
-                float dz = (float)(g->bottom + (double)i * g->height_step) - (float)p[2];
+            for (int da = 0; da < 4; da++)
+                row[da] += mass * wa[da];
+        }
+        if (dj == 0 || dj == 3)
+            continue;
+        for (Py_ssize_t i = i0; i < i0 + 2; i++)
+            for (Py_ssize_t step = start; step < start + 2; step++) {
+                Py_ssize_t a = step < A ? step : step - A, index = (j * Z + i) * A + a;
+                float dx = px[j * A + a] - (float)p[0], dy = py[j * A + a] - (float)p[1], dz = height(g, i) - (float)p[2];
                 float square = dx * dx + dy * dy + dz * dz;
                 if (square < s->square[index]) {
                     s->square[index] = square;
@@ -138,7 +144,6 @@ static void add_sample(const Grid *g, float *indicator, Sites *s, const float *p
                     s->triangle[index] = triangle;
                 }
             }
-        }
     }
 }
 
@@ -182,7 +187,7 @@ static double triangle_square(const double *p, const double *a, const double *b,
     return square;
 }
 
-static void add_triangle(const Grid *g, float *indicator, Sites *s, const float *px, const float *py, const double *a,
+static void add_triangle(const Grid *g, float *restrict indicator, Sites *s, const float *px, const float *py, const double *a,
                          const double *b, const double *c, double spacing, int32_t triangle) {
     double ab[3], ac[3], bc[3];
     for (int d = 0; d < 3; d++) {
@@ -211,15 +216,16 @@ static int describe(const Grid *g, const double *vertices, const int32_t *faces,
                     float *indicator, float *square) {
     const Py_ssize_t A = g->angles, R = g->radii, Z = g->heights, count = A * R * Z;
     float *positions = malloc((size_t)(2 * A * R + 3 * count) * sizeof(float));
+    float *padded = calloc((size_t)(PADDED(A) * R * Z), sizeof(float));
     int32_t *triangles = malloc((size_t)count * sizeof(int32_t));
-    if (positions == NULL || triangles == NULL) {
+    if (positions == NULL || padded == NULL || triangles == NULL) {
         free(positions);
+        free(padded);
         free(triangles);
         return -1;
     }
     float *px = positions, *py = px + A * R;
     Sites s = {square, py + A * R, py + A * R + count, py + A * R + 2 * count, triangles};
-    memset(indicator, 0, (size_t)count * sizeof(float));
     for (Py_ssize_t n = 0; n < count; n++) {
         /* Far enough to lose against every true site, near enough for its square to be finite. */
         s.square[n] = INFINITY;
@@ -233,21 +239,32 @@ static int describe(const Grid *g, const double *vertices, const int32_t *faces,
             py[j * A + a] = (float)(radius * sin(angle));
         }
     for (Py_ssize_t f = 0; f < face_count; f++)
-        add_triangle(g, indicator, &s, px, py, vertices + 3 * faces[3 * f], vertices + 3 * faces[3 * f + 1],
+        add_triangle(g, padded, &s, px, py, vertices + 3 * faces[3 * f], vertices + 3 * faces[3 * f + 1],
                      vertices + 3 * faces[3 * f + 2], spacing, (int32_t)f);
+    for (Py_ssize_t row = 0; row < R * Z; row++) {
+        const float *from = padded + row * PADDED(A);
+        float *to = indicator + row * A;
+        memcpy(to, from + 1, (size_t)A * sizeof(float));
+        to[A - 1] += from[0];
+        to[0] += from[A + 1];
+        to[1] += from[A + 2];
+    }
     for (int round = 0; round < rounds; round++)
         sweep(g, &s, px, py);
+    /* From the samples to their triangles: farther away a sample's own place in its triangle makes no difference. */
+    const double step = fmax(g->radius_step, g->height_step), near = 9 * step * step;
     for (Py_ssize_t j = 0; j < R; j++)
         for (Py_ssize_t i = 0; i < Z; i++)
             for (Py_ssize_t a = 0; a < A; a++) {
                 Py_ssize_t n = (j * Z + i) * A + a, f = s.triangle[n];
-                if (f < 0)
+                if (f < 0 || square[n] > near)
                     continue;
                 double p[3] = {px[j * A + a], py[j * A + a], g->bottom + (double)i * g->height_step};
                 square[n] = (float)triangle_square(p, vertices + 3 * faces[3 * f], vertices + 3 * faces[3 * f + 1],
                                                    vertices + 3 * faces[3 * f + 2]);
             }
     free(positions);
+    free(padded);
     free(triangles);
     return 0;
 }

@@ -40,16 +40,21 @@ def shape(resolution: int) -> tuple[int, int, int]:
 
 def extent(mesh: TexturedMesh) -> np.ndarray:
     """``(5,) float64``: the centre of mass x, y; but for outlying area, radius about it, least and most height."""
-    area = face_areas(mesh.vertices, mesh.faces)
-    if not area.sum() > 0:
+    corner_mass = np.repeat(face_areas(mesh.vertices, mesh.faces) / 3, 3)
+    mass = np.bincount(mesh.faces.ravel(), corner_mass, minlength=len(mesh.vertices))
+    if not mass.sum() > 0:
         raise ValueError("mesh: expected a surface with an area, got none")
-    centres = mesh.vertices[mesh.faces].mean(axis=1)
-    axis = area @ centres[:, :2] / area.sum()
-    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
-    weights = np.repeat(area, 3)
-    radius = _quantile(np.hypot(*(corners[:, :2] - axis).T), weights, 1 - OUTSIDE)
-    low, high = _quantile(corners[:, 2], weights, OUTSIDE), _quantile(corners[:, 2], weights, 1 - OUTSIDE)
-    return np.array([*axis, radius, low, high])
+    axis = mass @ mesh.vertices[:, :2] / mass.sum()
+    radius = np.hypot(mesh.vertices[:, 0] - axis[0], mesh.vertices[:, 1] - axis[1])
+    height = mesh.vertices[:, 2]
+    return np.array(
+        [
+            *axis,
+            _quantile(radius, mass, 1 - OUTSIDE),
+            _quantile(height, mass, OUTSIDE),
+            _quantile(height, mass, 1 - OUTSIDE),
+        ]
+    )
 
 
 def fit(extents: np.ndarray, resolution: int) -> Cylinder:
