@@ -88,7 +88,15 @@ def compute_dissimilarity(
             tell(n + block.stop, 3 * n)
         offset = windowed_means(np.concatenate(own), options.k)
         velocity = options.velocity_seconds * root_velocities(extent[:, :2], options.k, capture.fps)
-        scores, yaw = _all_pairs(fields, angles, offset, velocity, options.k, executor, tell)
+        scores, yaw = compare_windows(
+            fields,
+            angles,
+            offset,
+            velocity,
+            options.k,
+            executor=executor,
+            progress=lambda done, total: tell(2 * n + n * done // total, 3 * n),
+        )
     finally:
         fields.remove()
     missing = ~(centres[:, None] & centres)
@@ -114,16 +122,23 @@ def _describe(
     return own
 
 
-def _all_pairs(
+def compare_windows(
     fields: Fields,
     angles: int,
     offset: np.ndarray,
     velocity: np.ndarray,
     k: int,
-    executor: Executor | None,
-    tell: Progress,
+    *,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scores and yaws ``(frames, frames) float32``; NaN only within k of the first and the last frame."""
+    """Scores and yaws ``(frames, frames) float32`` as in Dissimilarity, but NaN only within k of the first and last
+    frame.
+
+    ``fields`` are the frames' coefficients over ``angles`` yaws; ``offset`` (frames,) the windows' scores against
+    themselves, in square metres, and ``velocity`` (frames,) complex, the windows' root velocities times tau, in
+    metres.
+    """
     n = fields.frames
     scores, yaw = np.full((n, n), np.nan, np.float32), np.full((n, n), np.nan, np.float32)
     sides = [range(start, min(start + TILE, n - k)) for start in range(k, n - k, TILE)]
@@ -132,7 +147,8 @@ def _all_pairs(
     for done, ((a, b), tile) in enumerate(zip(tiles, run(_tile, tasks, executor), strict=True), 1):
         rows, columns = slice(a.start, a.stop), slice(b.start, b.stop)
         scores[rows, columns], yaw[rows, columns] = tile
-        tell(2 * n + n * done // len(tiles), 3 * n)
+        if progress is not None:
+            progress(done, len(tiles))
     # One value for a pair and its mirror image, also inside the tiles on the diagonal.
     lower = np.tril_indices(n, -1)
     scores[lower], yaw[lower] = scores.T[lower], -yaw.T[lower]
