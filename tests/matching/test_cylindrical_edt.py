@@ -27,8 +27,9 @@ def test_distances_are_those_of_an_exact_search():
     exact = ClosestPoints(vertices, faces).query(grid_points(cylinder).reshape(-1, 3))[0].reshape(square.shape)
     error = np.sqrt(square) - np.sqrt(exact)
     assert error.min() > -1e-5  # never too small but for rounding
-    assert error.mean() < 5e-4
-    assert error.max() < cylinder.height_step
+    near = exact < (3 * cylinder.height_step) ** 2
+    assert error[near].mean() < 0.3e-3 and error[near].max() < cylinder.height_step / 2
+    assert error[~near].mean() < 2e-3 and error[~near].max() < cylinder.height_step
 
 
 def test_large_triangles_and_a_surface_off_the_axis():

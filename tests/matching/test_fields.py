@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from unstructured_mg.matching import fields
 from unstructured_mg.matching.fields import Fields
@@ -20,3 +21,10 @@ def test_any_range_of_frames_is_read_back_across_files(tmp_path, monkeypatch):
                     np.testing.assert_array_equal(read, values[field, frequency, start:stop])
     stored.remove()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_ends_too_early_is_named(tmp_path):
+    stored = Fields(tmp_path, 2, 3, 5)
+    stored.write(range(2), np.zeros((2, 3, 1, 5), np.complex64))
+    with pytest.raises(ValueError, match="fields_000000.complex64: expected 80 bytes"):
+        stored.read(1, 2, 0, 2)

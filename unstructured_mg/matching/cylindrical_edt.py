@@ -44,7 +44,8 @@ def extent(mesh: TexturedMesh) -> np.ndarray:
     mass = np.bincount(mesh.faces.ravel(), corner_mass, minlength=len(mesh.vertices))
     if not mass.sum() > 0:
         raise ValueError("mesh: expected a surface with an area, got none")
-    axis = mass @ mesh.vertices[:, :2] / mass.sum()
+    # Not a BLAS product, which rounds otherwise with another number of threads.
+    axis = (mass[:, None] * mesh.vertices[:, :2]).sum(axis=0) / mass.sum()
     radius = np.hypot(mesh.vertices[:, 0] - axis[0], mesh.vertices[:, 1] - axis[1])
     height = mesh.vertices[:, 2]
     return np.array(
@@ -101,9 +102,10 @@ def describe(mesh: TexturedMesh, extent: np.ndarray, cylinder: Cylinder) -> tupl
 def sample(vertices: np.ndarray, faces: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray]:
     """Area measure (total 1) and squared distance in m^2, both ``(radii, heights, angles) float32``.
 
-    Triangles are cut into parts of at most one grid step. A distance is that to the triangle whose part was found
-    nearest by two rounds of handing sites on along the three grid directions: never too small; too large by 0.3 mm on
-    average and 14 mm at most on captured people, at a grid step of 30 mm.
+    Triangles are cut into parts of at most one grid step. A distance is that to the part found nearest (within three
+    steps, to its triangle) by two rounds of handing parts on along the three grid directions: never too small; too
+    large, on people at a grid step of 30 mm, by 0.2 mm on average and 9 mm at most within three steps, where the scores
+    that matter are made, and by 1 mm and 17 mm farther away.
     """
     shape = (cylinder.radii, cylinder.heights, cylinder.angles)
     indicator, square = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -124,7 +126,9 @@ def sample(vertices: np.ndarray, faces: np.ndarray, cylinder: Cylinder) -> tuple
 
 
 def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """Least value below or at which ``share`` of the weight lies."""
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weights[order])
-    return float(values[order][min(np.searchsorted(total, share * total[-1]), len(order) - 1)])
+    """Value below which ``share`` of the weight lies, to within 1 / 4096 of the range: a sort takes ten times as long."""
+    low, high = values.min(), values.max()
+    step = (high - low) / 4096 or 1.0
+    cells = np.minimum((values - low) / step, 4095).astype(np.intp)
+    total = np.cumsum(np.bincount(cells, weights, 4096))
+    return float(low + step * (np.searchsorted(total, share * total[-1]) + 1))

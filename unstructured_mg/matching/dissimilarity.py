@@ -173,12 +173,16 @@ def _tile(
     weights = (window_weights(k) / (2 * angles)).astype(np.float32)
     series = np.empty((fields.frequencies, *shape), np.complex64)
     for frequency in range(fields.frequencies):
-        (left_rows, right_rows), (left_columns, right_columns) = (
-            [fields.read(field, frequency, side.start - k, side.stop + k) for field in (0, 1)]
-            for side in (rows, columns)
-        )
-        products = left_rows @ right_columns.T
-        products += (left_columns @ right_rows.T).conj().T
+        left, right = (fields.read(field, frequency, rows.start - k, rows.stop + k) for field in (0, 1))
+        if columns == rows:
+            products = left @ right.T
+            products = products + products.conj().T
+        else:
+            other_left, other_right = (
+                fields.read(field, frequency, columns.start - k, columns.stop + k) for field in (0, 1)
+            )
+            products = left @ other_right.T
+            products += (other_left @ right.T).conj().T
         _native.window_diagonals(products.view(np.float32), weights, series[frequency].view(np.float32), *shape)
     across, along = velocity[rows.start : rows.stop, None], velocity[columns.start : columns.stop]
     series[0] -= (offset[rows.start : rows.stop, None] + offset[columns.start : columns.stop]) / 2

@@ -38,8 +38,11 @@ class Fields:
         for block in self.blocks()[start // BLOCK : (stop - 1) // BLOCK + 1]:
             first, last = max(start, block.start), min(stop, block.stop)
             row = (field * self.frequencies + frequency) * len(block) + first - block.start
-            part = np.fromfile(self.path(block), np.complex64, (last - first) * self.cells, offset=8 * row * self.cells)
-            rows[first - start : last - start] = part.reshape(last - first, self.cells)
+            with open(self.path(block), "rb", buffering=0) as file:
+                file.seek(8 * row * self.cells)
+                target = rows[first - start : last - start]
+                if file.readinto(target.view(np.uint8)) != target.nbytes:  # type: ignore[arg-type]
+                    raise ValueError(f"{self.path(block)}: expected {target.nbytes} bytes at row {row}, got fewer")
         return rows
 
     def remove(self) -> None:
