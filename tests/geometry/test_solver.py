@@ -1,3 +1,6 @@
+import ctypes
+import sys
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -18,3 +21,16 @@ def test_agrees_with_a_dense_solve():
 def test_matrices_without_a_cholesky_factor_are_refused(matrix):
     with pytest.raises(ValueError):
         SymmetricSolver(matrix)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks glibc for the size of a block")
+def test_the_callers_memory_keeps_its_size():
+    """Sums of SciPy matrices own more memory than they show. Cut short, its next user breaks the heap."""
+    usable = ctypes.CDLL(None).malloc_usable_size
+    usable.argtypes, usable.restype = [ctypes.c_void_p], ctypes.c_size_t
+    path = sp.diags([-np.ones(9), np.full(10, 2.0), -np.ones(9)], [-1, 0, 1]).tocsc()
+    matrix = path + sp.diags(np.ones(10)).tocsc()
+    owner = matrix.data.base
+    assert owner.nbytes > matrix.data.nbytes
+    SymmetricSolver(matrix)
+    assert usable(owner.ctypes.data) >= owner.nbytes

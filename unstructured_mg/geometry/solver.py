@@ -12,18 +12,20 @@ class SymmetricSolver:
     """
 
     def __init__(self, matrix: sp.spmatrix):
-        matrix = sp.csc_matrix(matrix, dtype=np.float64)
+        matrix = sp.csc_matrix(matrix, dtype=np.float64, copy=True)
         if matrix.shape[0] != matrix.shape[1]:
             raise ValueError(f"matrix: expected a square matrix, got shape {matrix.shape}")
         if not np.isfinite(matrix.data).all():
             raise ValueError("matrix: expected finite entries, got NaN or infinity")
-        matrix.sort_indices()
+        matrix.sum_duplicates()
         self.size = matrix.shape[0]
+        # The solver calls realloc on these arrays' memory. Only where they own exactly what they show, which SciPy's
+        # sums do not, is that without effect; otherwise NumPy hands out a block that has become too short.
         self._solver = CholeskySolverD(
             self.size,
             matrix.indptr.astype(np.int32),
             matrix.indices.astype(np.int32),
-            matrix.data,
+            matrix.data.copy(),
             MatrixType.CSC,
         )
 
