@@ -1,5 +1,6 @@
 /* One line a kernel file: native/NAME.c defines `PyMethodDef umg_NAME_methods[]`. */
 KERNEL(rotations)
+KERNEL(elements)
 KERNEL(obj)
 KERNEL(weld)
 KERNEL(edt)

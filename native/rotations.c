@@ -1,11 +1,13 @@
 /* Nearest rotations of many 3x3 matrices: the local step of every as-rigid-as-possible energy. */
-#include "umg.h"
+#include "rotations.h"
 
 #include <math.h>
 
+#include "umg.h"
+
 /* Horn's quaternion method: the rotation R that maximises tr(R^T A) is the top eigenvector of a symmetric 4x4 matrix,
  * found here by cyclic Jacobi rotations. Always a proper rotation, also for singular and reflecting A. */
-static void nearest_rotation(const double *a, double *r) {
+static void nearest_rotation_jacobi(const double *a, double *r) {
     double m[4][4] = {{a[0] + a[4] + a[8], a[7] - a[5], a[2] - a[6], a[3] - a[1]},
                       {a[7] - a[5], a[0] - a[4] - a[8], a[1] + a[3], a[2] + a[6]},
                       {a[2] - a[6], a[1] + a[3], a[4] - a[0] - a[8], a[5] + a[7]},
@@ -62,6 +64,55 @@ static void nearest_rotation(const double *a, double *r) {
     r[8] = w * w - x * x - y * y + z * z;
 }
 
+/* Higham's scaled Newton iteration X <- (g X + X^-T / g) / 2 for the polar factor, which is the nearest rotation
+ * where det A > 0: five times faster than the eigenvector. Returns 0, and nothing in r, where A is close to singular or
+ * reflects. */
+static int nearest_rotation_newton(const double *a, double *r) {
+    double x[9], size = 0;
+    for (int i = 0; i < 9; i++) {
+        x[i] = a[i];
+        size += a[i] * a[i];
+    }
+    for (int step = 0; step < 12; step++) {
+        /* Cofactors: X^-T times the determinant. */
+        double c[9] = {x[4] * x[8] - x[5] * x[7], x[5] * x[6] - x[3] * x[8], x[3] * x[7] - x[4] * x[6],
+                       x[2] * x[7] - x[1] * x[8], x[0] * x[8] - x[2] * x[6], x[1] * x[6] - x[0] * x[7],
+                       x[1] * x[5] - x[2] * x[4], x[2] * x[3] - x[0] * x[5], x[0] * x[4] - x[1] * x[3]};
+        double determinant = x[0] * c[0] + x[1] * c[1] + x[2] * c[2];
+        if (step == 0 && !(determinant > 1e-4 * size * sqrt(size)))
+            return 0;
+        double inverse = 1 / determinant, keep = 0.5, add = 0.5 * inverse;
+        if (step < 2) {
+            double own = 0, other = 0;
+            for (int i = 0; i < 9; i++) {
+                own += x[i] * x[i];
+                other += c[i] * c[i];
+            }
+            double g = sqrt(sqrt(other * inverse * inverse / own));
+            keep *= g;
+            add /= g;
+        }
+        double change = 0;
+        for (int i = 0; i < 9; i++) {
+            double next = keep * x[i] + add * c[i];
+            change += (next - x[i]) * (next - x[i]);
+            x[i] = next;
+        }
+        if (change < 1e-20) {
+            /* Convergence is quadratic: what is left is the square of this change. */
+            for (int i = 0; i < 9; i++)
+                r[i] = x[i];
+            return 1;
+        }
+    }
+    return 0;
+}
+
+void umg_nearest_rotation(const double *a, double *r) {
+    if (!nearest_rotation_newton(a, r))
+        nearest_rotation_jacobi(a, r);
+}
+
 static PyObject *fit_rotations(PyObject *self, PyObject *args) {
     (void)self;
     PyObject *matrices_object, *rotations_object;
@@ -79,7 +130,7 @@ static PyObject *fit_rotations(PyObject *self, PyObject *args) {
     double *r = rotations.buf;
     Py_BEGIN_ALLOW_THREADS
     for (Py_ssize_t i = 0; i < count; i++)
-        nearest_rotation(a + 9 * i, r + 9 * i);
+        umg_nearest_rotation(a + 9 * i, r + 9 * i);
     Py_END_ALLOW_THREADS
     PyBuffer_Release(&matrices);
     PyBuffer_Release(&rotations);

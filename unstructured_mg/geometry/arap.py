@@ -3,6 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
+from unstructured_mg.geometry.elements import element_forces
 from unstructured_mg.geometry.rotations import fit_rotations
 from unstructured_mg.geometry.solver import SymmetricSolver
 from unstructured_mg.geometry.tets import deformation_gradients, tet_gradients, tet_volumes
@@ -20,10 +21,7 @@ def arap_forces(
     vertex_count: int, tets: np.ndarray, gradients: np.ndarray, volumes: np.ndarray, rotations: np.ndarray
 ) -> np.ndarray:
     """The right-hand side ``(c, 3)`` of the global step: for every vertex, sum |tet| R grad(hat)."""
-    per_corner = np.einsum("q,qab,qib->qia", volumes, rotations, gradients)
-    return np.stack(
-        [np.bincount(tets.ravel(), per_corner[:, :, a].ravel(), minlength=vertex_count) for a in range(3)], axis=1
-    )
+    return element_forces(vertex_count, tets, gradients, volumes, rotations)
 
 
 def arap_energy(rest: np.ndarray, tets: np.ndarray, vertices: np.ndarray) -> float:

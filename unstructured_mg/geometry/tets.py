@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from unstructured_mg.geometry.elements import element_deformations
+
 
 def tet_volumes(vertices: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """Signed volumes ``(q,) float64``; vertices (c, 3) float64, tets (q, 4) int32."""
@@ -18,7 +20,7 @@ def tet_gradients(vertices: np.ndarray, tets: np.ndarray) -> np.ndarray:
 
 def deformation_gradients(vertices: np.ndarray, tets: np.ndarray, rest_gradients: np.ndarray) -> np.ndarray:
     """L ``(q, 3, 3)``: the linear part of the map that takes each rest tet to the one at ``vertices`` (P A.2)."""
-    return np.einsum("qia,qib->qab", vertices[tets], rest_gradients)
+    return element_deformations(vertices, tets, rest_gradients)
 
 
 def barycentric(vertices: np.ndarray, tets: np.ndarray, points: np.ndarray, tet_of_point: np.ndarray) -> np.ndarray:
