@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from unstructured_mg.geometry.elements import element_deformations, element_forces
+
 
 class TriangleElements:
     """The triangles of a template as elements: gradients of their hat functions, areas, normals.
@@ -30,7 +32,7 @@ class TriangleElements:
 
     def tangential(self, vertices: np.ndarray) -> np.ndarray:
         """F ``(m, 3, 3)``: the linear map from a template triangle to the one at ``vertices``; the normal goes to 0."""
-        return np.einsum("mia,mib->mab", vertices[self.faces], self.gradients)
+        return element_deformations(vertices, self.faces, self.gradients)
 
     def deformation(self, vertices: np.ndarray) -> np.ndarray:
         """F ``(m, 3, 3)``: the linear map from a template triangle and its unit normal to those at ``vertices``."""
@@ -42,7 +44,4 @@ class TriangleElements:
 
     def divergence(self, targets: np.ndarray) -> np.ndarray:
         """G^T D T ``(n, 3)``: the right-hand side of B eq. 13 for wanted deformations ``targets`` (m, 3, 3)."""
-        per_corner = np.einsum("m,mab,mib->mia", self.areas, targets, self.gradients)
-        return np.stack(
-            [np.bincount(self.faces.ravel(), per_corner[:, :, a].ravel(), self.vertex_count) for a in range(3)], axis=1
-        )
+        return element_forces(self.vertex_count, self.faces, self.gradients, self.areas, targets)

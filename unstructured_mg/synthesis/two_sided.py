@@ -1,4 +1,4 @@
-"""The local steps that blends share: what each element would like to be between two shapes."""
+"""What blends share: the start of each element between two shapes, and the solve that stitches elements."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,16 +19,6 @@ def between_stretches(source: np.ndarray, target: np.ndarray, weight: float) -> 
     stretch = (1 - weight) * source_turn.transpose(0, 2, 1) @ source + weight * target_turn.transpose(0, 2, 1) @ target
     step = Rotation.from_matrix(source_turn.transpose(0, 2, 1) @ target_turn).as_rotvec()
     return source_turn @ Rotation.from_rotvec(weight * step).as_matrix() @ stretch
-
-
-def two_sided_targets(new: np.ndarray, source: np.ndarray, target: np.ndarray, weight: float) -> np.ndarray:
-    """(1-l) R_s F_s + l R_t F_t for every element, all (q, 3, 3) and relative to one rest shape.
-
-    R_s is the rotation nearest to the map from the source's element to the new one: it minimises |R F_s - F|_F.
-    """
-    source_turn = fit_rotations(new @ source.transpose(0, 2, 1))
-    target_turn = fit_rotations(new @ target.transpose(0, 2, 1))
-    return (1 - weight) * source_turn @ source + weight * target_turn @ target
 
 
 class PinnedSolver:
