@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -58,3 +59,10 @@ def read_transition(folder: Path) -> Transition:
             PlanarRigid(*(float(number) for number in arrays["alignment"])),
             json.loads((folder / "card.json").read_text()),
         )
+
+
+def read_card(folder: Path) -> tuple[PlanarRigid, dict[str, Any]]:
+    """Only the alignment and the quality card of what ``write_transition`` wrote: what the graph needs."""
+    with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
+        alignment = PlanarRigid(*(float(number) for number in arrays["alignment"]))
+    return alignment, json.loads((folder / "card.json").read_text())

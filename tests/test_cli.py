@@ -1,0 +1,48 @@
+"""The command line as a user meets it: in a process of its own."""
+
+import subprocess
+import sys
+
+
+def umg(*arguments, **options):
+    command = [sys.executable, "-c", "from unstructured_mg.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, **options)
+
+
+def assert_one_sentence(result, *words):
+    assert result.returncode == 2
+    assert "Traceback" not in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+    for word in words:
+        assert word in result.stderr
+
+
+def test_help_lists_every_command():
+    shown = umg("--help").stdout
+    for command in ("inspect", "build", "walk", "path", "report", "demo"):
+        assert command in shown
+
+
+def test_no_frames_is_one_sentence_and_nothing_is_written(tmp_path):
+    (tmp_path / "capture").mkdir()
+    (tmp_path / "capture" / "notes.txt").write_text("no frames here")
+    assert_one_sentence(umg("build", tmp_path / "capture", "-o", tmp_path / "work"), str(tmp_path / "capture"))
+    assert_one_sentence(umg("inspect", tmp_path / "capture"), str(tmp_path / "capture"))
+
+
+def test_only_bad_frames_is_one_sentence(tmp_path):
+    (tmp_path / "capture").mkdir()
+    for number in range(3):
+        (tmp_path / "capture" / f"frame_{number}.obj").write_text("v 0 0 0\nf 1 2 9\n")
+    assert_one_sentence(umg("build", tmp_path / "capture", "-o", tmp_path / "work"), str(tmp_path / "capture"))
+
+
+def test_a_bad_word_names_the_option_and_the_choices(tmp_path):
+    (tmp_path / "capture").mkdir()
+    result = umg("build", tmp_path / "capture", "-o", tmp_path / "work", "--blend", "nurbs")
+    assert_one_sentence(result, "--blend", "volumetric_arap", "nurbs")
+
+
+def test_what_is_no_work_folder_is_said_so(tmp_path):
+    for command in (["walk", tmp_path, "--frames", 3, "-o", tmp_path / "out"], ["report", tmp_path]):
+        assert_one_sentence(umg(*command), "is not a work folder", "umg build")

@@ -1,0 +1,305 @@
+"""The command line: each subcommand is one thin call."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from unstructured_mg.pipeline.pool import single_thread
+
+single_thread()  # before NumPy comes in with the rooms
+
+from cyclopts import App, Parameter, validators  # noqa: E402
+from rich.console import Console  # noqa: E402
+
+from unstructured_mg import __version__  # noqa: E402
+from unstructured_mg.errors import UserError  # noqa: E402
+
+app = App(
+    name="umg",
+    suppress_keyboard_interrupt=False,
+    help="Motion graphs for unstructured textured meshes: a captured folder in, endless seamless performance out.",
+    version=__version__,
+    help_format="markdown",
+)
+
+Output = Annotated[Path, Parameter(name=["--output", "-o"])]
+AtLeastOne = validators.Number(gte=1)
+Workers = Annotated[int | None, Parameter(validator=AtLeastOne)]
+Force = Annotated[bool, Parameter(negative=())]
+
+
+@app.command
+def inspect(
+    capture: Path,
+    /,
+    *,
+    fps: float | None = None,
+    unit: float | None = None,
+    up: str | None = None,
+    floor: float | None = None,
+    json: Path | None = None,
+    workers: Workers = None,
+) -> None:
+    """Show what a capture holds and everything that is wrong with it, frame by frame.
+
+    Parameters
+    ----------
+    capture
+        The folder with the captured frames (or with one folder a clip).
+    fps
+        Frames a second, where the capture does not say it.
+    unit
+        Metres per unit of the capture, in place of what is detected.
+    up
+        The capture's up axis: x, y or z, with a minus where it points down.
+    floor
+        Height of the floor along the up axis, in the capture's unit.
+    json
+        Write the findings to this file as well.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.capture.inspect import inspect_capture
+    from unstructured_mg.capture.reader import open_capture
+    from unstructured_mg.pipeline.pool import Pool
+    from unstructured_mg.pipeline.progress import StageProgress
+
+    console = Console()
+    progress = StageProgress(console)
+    with Pool(workers or _cores()) as pool:
+        with progress.stage("reading frames") as advance:
+            opened = open_capture(
+                capture, fps=fps, unit=unit, up=up, floor=floor, executor=pool.executor, progress=advance
+            )
+        with progress.stage("inspecting frames") as advance:
+            inspection = inspect_capture(opened, executor=pool.executor, progress=advance)
+    console.print(inspection.table())
+    if json is not None:
+        from json import dumps
+
+        from unstructured_mg.pipeline.store import user_errors
+
+        with user_errors(json):
+            json.write_text(dumps(inspection.to_json(), indent=1) + "\n")
+
+
+@app.command
+def build(
+    capture: Path,
+    /,
+    *,
+    output: Output,
+    fps: float | None = None,
+    unit: float | None = None,
+    up: str | None = None,
+    floor: float | None = None,
+    window: Annotated[int, Parameter(validator=AtLeastOne)] = 10,
+    threshold: float | None = None,
+    cage: str | None = None,
+    hausdorff: float | None = None,
+    blend: str | None = None,
+    weights: str | None = None,
+    texture: str | None = None,
+    max_pairs: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
+    workers: Workers = None,
+) -> None:
+    """Build a motion graph, or finish building it: run the same command again after any interruption.
+
+    Parameters
+    ----------
+    capture
+        The folder with the captured frames (or with one folder a clip).
+    output
+        The work folder: new, empty, or an earlier build's.
+    fps
+        Frames a second, where the capture does not say it.
+    unit
+        Metres per unit of the capture, in place of what is detected.
+    up
+        The capture's up axis: x, y or z, with a minus where it points down.
+    floor
+        Height of the floor along the up axis, in the capture's unit.
+    window
+        Half window k: transitions are 2k + 1 frames long, ends included.
+    threshold
+        Candidates differ by at most this share of the actor's size.
+    cage
+        The tetrahedral cage around a template: lattice (repeats exactly) or tetwild.
+    hausdorff
+        Refuse pairs whose template strays further than this from a captured surface, in metres.
+    blend
+        How the geometry of both windows is blended: volumetric_arap, surface_arap, poisson or linear.
+    weights
+        The blend's course over time: cubic or linear.
+    texture
+        How the texture gets from one window's to the other's: flow, crossfade or none.
+    max_pairs
+        Keep at most so many pairs.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.pipeline.build import build as run
+    from unstructured_mg.pipeline.options import build_options
+    from unstructured_mg.pipeline.progress import StageProgress
+    from unstructured_mg.pipeline.summary import print_summary
+    from unstructured_mg.pipeline.work import open_work
+
+    options = build_options(
+        fps=fps,
+        unit=unit,
+        up=up,
+        floor=floor,
+        window=window,
+        threshold=threshold,
+        cage=cage,
+        hausdorff=hausdorff,
+        blend=blend,
+        weights=weights,
+        texture=texture,
+        max_pairs=max_pairs,
+    )
+    console = Console()
+    run(capture, output, options, workers or _cores(), StageProgress(console))
+    print_summary(open_work(output), console)
+
+
+@app.command
+def walk(
+    work: Path,
+    /,
+    *,
+    frames: Annotated[int, Parameter(validator=AtLeastOne)],
+    seed: Annotated[int, Parameter(validator=validators.Number(gte=0, lt=2**32))] = 0,
+    start: str | None = None,
+    output: Output,
+    force: Force = False,
+    workers: Workers = None,
+) -> None:
+    """Export a random walk as OBJ + MTL + image frames with walk.json.
+
+    Parameters
+    ----------
+    work
+        The work folder of a finished build.
+    frames
+        How many frames to export.
+    seed
+        The same seed gives the same walk.
+    start
+        Id of the captured frame to start at; the seed chooses unless given.
+    output
+        A new or empty folder.
+    force
+        Replace an earlier export in the output folder.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.pipeline.export import export_walk
+    from unstructured_mg.pipeline.progress import StageProgress
+    from unstructured_mg.pipeline.work import open_work
+    from unstructured_mg.playback.walk import random_walk
+
+    opened = open_work(work)
+    begin = None if start is None else opened.capture.index_of(start)
+    found = random_walk(opened.graph, opened.capture, frames, seed, begin)
+    export_walk(opened, found, output, force, workers or _cores(), StageProgress(Console()))
+    if found.ended:
+        print(found.ended)
+    print(f"{len(found)} frames are in {output}")
+
+
+@app.command
+def path(
+    work: Path,
+    /,
+    *,
+    from_: Annotated[str, Parameter(name="--from")],
+    to: str,
+    output: Output,
+    force: Force = False,
+    workers: Workers = None,
+) -> None:
+    """Export the shortest path between two captured frames as OBJ + MTL + image frames with walk.json.
+
+    Parameters
+    ----------
+    work
+        The work folder of a finished build.
+    from_
+        Id of the first captured frame.
+    to
+        Id of the last captured frame.
+    output
+        A new or empty folder.
+    force
+        Replace an earlier export in the output folder.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.pipeline.export import export_walk
+    from unstructured_mg.pipeline.progress import StageProgress
+    from unstructured_mg.pipeline.work import open_work
+    from unstructured_mg.playback.walk import path_walk
+
+    opened = open_work(work)
+    found = path_walk(opened.graph, opened.capture, opened.capture.index_of(from_), opened.capture.index_of(to))
+    export_walk(opened, found, output, force, workers or _cores(), StageProgress(Console()))
+    if found.ended:
+        print(found.ended)
+    print(f"{len(found)} frames are in {output}")
+
+
+@app.command
+def report(work: Path, /, *, output: Output | None = None, workers: Workers = None) -> None:
+    """Write one HTML page with the matrix, the timeline, the probabilities and every transition's contact sheet.
+
+    Parameters
+    ----------
+    work
+        The work folder of a finished build.
+    output
+        The file to write; WORK/report.html unless given.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.pipeline.progress import StageProgress
+    from unstructured_mg.pipeline.reporting import make_report
+
+    written = make_report(work, output, workers or _cores(), StageProgress(Console()))
+    print(f"the report is {written}")
+
+
+@app.command
+def demo(folder: Path, /, *, workers: Workers = None) -> None:
+    """Build the package's own capture, walk through it and report, all in one folder.
+
+    Parameters
+    ----------
+    folder
+        A new or empty folder, or an earlier demo's.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.pipeline.demo import run_demo
+
+    run_demo(folder, workers or _cores(), Console())
+
+
+def main() -> None:
+    """Run the command line; what the user must mend ends it with one sentence and exit code 2."""
+    try:
+        app()
+    except UserError as error:
+        print(f"umg: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("umg: stopped; run the same command again to go on where it stopped.", file=sys.stderr)
+        sys.exit(130)
+
+
+def _cores() -> int:
+    """The cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

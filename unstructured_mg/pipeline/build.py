@@ -1,0 +1,198 @@
+"""``umg build``: the rooms in order over a work folder, resumable item by item."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from unstructured_mg.capture.capture import Capture, frame_hash
+from unstructured_mg.capture.reader import open_capture
+from unstructured_mg.errors import UserError
+from unstructured_mg.graph.files import graph_to_json
+from unstructured_mg.graph.link import Link
+from unstructured_mg.graph.motion_graph import MotionGraph, build_graph
+from unstructured_mg.matching.files import read_matching, write_matching
+from unstructured_mg.matching.match import Matching, match
+from unstructured_mg.pipeline.lock import FolderLock
+from unstructured_mg.pipeline.names import pair_name
+from unstructured_mg.pipeline.options import BuildOptions
+from unstructured_mg.pipeline.pair_loop import Outcome, PairLoop
+from unstructured_mg.pipeline.pool import Pool
+from unstructured_mg.pipeline.progress import StageProgress
+from unstructured_mg.pipeline.store import Store, user_errors
+from unstructured_mg.pipeline.timings import Timings
+from unstructured_mg.synthesis.files import read_card
+
+VERSIONS = {"reading": 1, "matching": 1, "outcomes": 1, "graph": 1}
+
+
+def build(folder: Path, work: Path, options: BuildOptions, workers: int, progress: StageProgress) -> None:
+    """Build, or finish building, a motion graph of the capture in ``folder`` inside the work folder ``work``.
+
+    Raises UserError where there is nothing to build or the work folder cannot be used; what was finished until then is
+    kept and reused.
+    """
+    folder, work = Path(folder), Path(work)
+    if not folder.is_dir():
+        raise UserError(f"{folder}: there is no such folder; give the folder that holds the captured frames.")
+    if work.resolve().is_relative_to(folder.resolve()):
+        raise UserError(f"{work}: lies inside the capture; give a work folder outside {folder}.")
+    store = Store(work)
+    store.create()
+    with FolderLock(work), Pool(workers) as pool:
+        store.clear_scratch()
+        timings = Timings(work / "timings.json")
+        try:
+            capture = _read(store, pool, folder, options, progress, timings)
+            matching = _match(store, pool, capture, options, progress, timings)
+            outcomes = _pairs(store, pool, capture, matching, options, progress, timings)
+            _graph(store, capture, matching, outcomes, options, progress, timings)
+        finally:
+            timings.save()
+            shutil.rmtree(store.scratch, ignore_errors=True)
+        for name in store.damaged:
+            progress.note(f"{name} was damaged and has been made again.")
+
+
+def _read(
+    store: Store, pool: Pool, folder: Path, options: BuildOptions, progress: StageProgress, timings: Timings
+) -> Capture:
+    """Check every frame once. Here files are known by name, size and time, to resume fast; afterwards by content."""
+    overrides: dict[str, Any] = {"fps": options.fps, "unit": options.unit, "up": options.up, "floor": options.floor}
+    inputs = {
+        "stage": "reading",
+        "stage_version": VERSIONS["reading"],
+        "folder": str(folder.resolve()),
+        "files": _listing(folder),
+        **overrides,
+    }
+    found = store.find("capture.json", inputs)
+    if found is not None:
+        return Capture.from_json(_json(found))
+    with progress.stage("reading frames") as advance, timings.wall("reading"), _worker_death("reading frames"):
+        capture = open_capture(folder.resolve(), **overrides, executor=pool.executor, progress=advance)
+    store.commit_json("capture.json", inputs, capture.to_json())
+    return capture
+
+
+def _match(
+    store: Store, pool: Pool, capture: Capture, options: BuildOptions, progress: StageProgress, timings: Timings
+) -> Matching:
+    inputs = {
+        "stage": "matching",
+        "stage_version": VERSIONS["matching"],
+        "frames": [[frame.clip, frame.number, frame_hash(capture, i)] for i, frame in enumerate(capture.frames)],
+        "fps": capture.fps,
+        "unit": capture.unit,
+        "up": capture.up,
+        "floor": capture.floor,
+        "matching": asdict(options.matching),
+    }
+    found = store.find("matching", inputs)
+    if found is not None:
+        return read_matching(found)
+    scratch = store.new_scratch()
+    with progress.stage("matching windows") as advance, timings.wall("matching"), _worker_death("matching windows"):
+        with user_errors(store.root):
+            matching = match(capture, options.matching, scratch=scratch, executor=pool.executor, progress=advance)
+    made = store.new_scratch()
+    with user_errors(store.root):
+        write_matching(matching, made)
+        shutil.rmtree(scratch)
+    store.commit("matching", inputs, made)
+    # What is in the store is what counts: a resumed run reads this, so this run does too.
+    return read_matching(store.path("matching"))
+
+
+def _pairs(
+    store: Store,
+    pool: Pool,
+    capture: Capture,
+    matching: Matching,
+    options: BuildOptions,
+    progress: StageProgress,
+    timings: Timings,
+) -> list[Outcome]:
+    loop = PairLoop(store, pool, capture, options, timings.items)
+    with progress.stage("tracking and synthesis") as advance:
+        outcomes = loop.run(matching.candidates, advance)
+    wanted = {
+        name
+        for o in outcomes
+        for group in ("cages", "pairs", "transitions")
+        for name in loop.artefacts(o.candidate, group)
+    }
+    wanted |= {name.replace("transitions/", "pictures/", 1) for name in wanted}
+    for group in ("cages", "pairs", "transitions", "pictures"):
+        for name in store.names(group):
+            if name not in wanted:
+                store.remove(name)
+    rows = [_outcome_row(capture, outcome) for outcome in outcomes]
+    store.commit_json("outcomes.json", {"stage": "outcomes", "stage_version": VERSIONS["outcomes"], "rows": rows}, rows)
+    return outcomes
+
+
+def _graph(
+    store: Store,
+    capture: Capture,
+    matching: Matching,
+    outcomes: list[Outcome],
+    options: BuildOptions,
+    progress: StageProgress,
+    timings: Timings,
+) -> MotionGraph:
+    links, cards = [], {}
+    for outcome in outcomes:
+        if outcome.refusal is not None:
+            continue
+        source, target = outcome.candidate.source, outcome.candidate.target
+        for s, t in ((source, target), (target, source)):
+            alignment, card = read_card(store.path(pair_name(capture, s, t, "transitions")))
+            links.append(Link(s, t, options.matching.k, alignment, outcome.candidate.score))
+            cards[s, t] = card
+    with progress.stage("graph and probabilities"), timings.wall("graph"):
+        graph = build_graph(capture, links, options.graph)
+    content = graph_to_json(graph, capture, cards)
+    transitions = [pair_name(capture, link.source, link.target, "transitions") for link in links]
+    keys = [(store.manifest(name) or {}).get("key") for name in transitions]
+    inputs = {"stage": "graph", "stage_version": VERSIONS["graph"], "graph": asdict(options.graph), "transitions": keys}
+    store.commit_json("graph.json", inputs, content)
+    return graph
+
+
+def _outcome_row(capture: Capture, outcome: Outcome) -> dict[str, Any]:
+    candidate, refusal = outcome.candidate, outcome.refusal
+    return {
+        "source": capture.frame_id(candidate.source),
+        "target": capture.frame_id(candidate.target),
+        "score": candidate.score,
+        "yaw": candidate.yaw,
+        "status": "kept" if refusal is None else "refused",
+        "refusal": None if refusal is None else asdict(refusal),
+    }
+
+
+def _listing(folder: Path) -> list[list[Any]]:
+    """Name, size and time of every file of the capture, sorted."""
+    with user_errors(folder):
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        return [[p.relative_to(folder).as_posix(), p.stat().st_size, p.stat().st_mtime_ns] for p in files]
+
+
+def _json(path: Path) -> Any:
+
+    return json.loads(path.read_text())
+
+
+@contextmanager
+def _worker_death(stage: str) -> Iterator[None]:
+    try:
+        yield
+    except BrokenProcessPool:
+        raise UserError(
+            f"{stage}: a worker process died, most likely for want of memory; run again with fewer --workers."
+        ) from None

@@ -1,0 +1,70 @@
+"""Everything that a build can be told."""
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from unstructured_mg.errors import UserError
+from unstructured_mg.graph.options import GraphOptions
+from unstructured_mg.matching.options import MatchingOptions
+from unstructured_mg.synthesis.options import SynthesisOptions
+from unstructured_mg.tracking.options import TrackingOptions
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """Options of ``umg build``: each room's own, and those of the loop over candidates.
+
+    fps, unit (metres per capture unit), up and floor (capture units along the up axis) override what is found in the
+    capture where they are not None. ``retries``: refused candidates near a candidate before it is given up.
+    ``max_pairs``: keep at most so many pairs, or None.
+    """
+
+    fps: float | None = None
+    unit: float | None = None
+    up: str | None = None
+    floor: float | None = None
+    matching: MatchingOptions = field(default_factory=MatchingOptions)
+    tracking: TrackingOptions = field(default_factory=TrackingOptions)
+    synthesis: SynthesisOptions = field(default_factory=SynthesisOptions)
+    graph: GraphOptions = field(default_factory=GraphOptions)
+    retries: int = 4
+    max_pairs: int | None = None
+
+
+# What the command line calls an option, and where it lives.
+NAMES = {
+    "window": ("matching", "k"),
+    "threshold": ("matching", "threshold_size"),
+    "cage": ("tracking", "cage"),
+    "hausdorff": ("tracking", "hausdorff_m"),
+    "blend": ("synthesis", "blend"),
+    "weights": ("synthesis", "weights"),
+    "texture": ("synthesis", "texture"),
+}
+ROOMS = {
+    "matching": MatchingOptions,
+    "tracking": TrackingOptions,
+    "synthesis": SynthesisOptions,
+    "graph": GraphOptions,
+}
+
+
+def build_options(**given: Any) -> BuildOptions:
+    """Options from the command line's words; None stands for the default. A value that is no good is a UserError."""
+    own = {each.name for each in fields(BuildOptions)} - set(ROOMS)
+    rooms: dict[str, dict[str, Any]] = {room: {} for room in ROOMS}
+    whole: dict[str, Any] = {}
+    for word, value in given.items():
+        if value is None:
+            continue
+        if word in own:
+            whole[word] = value
+        else:
+            room, name = NAMES[word]
+            rooms[room][name] = value
+    try:
+        return BuildOptions(**whole, **{room: ROOMS[room](**values) for room, values in rooms.items()})
+    except ValueError as error:
+        name, _, rest = str(error).partition(":")
+        words = {option: word for word, (_, option) in NAMES.items()}
+        raise UserError(f"--{words.get(name, name)}:{rest}.") from None

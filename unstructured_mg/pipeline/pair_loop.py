@@ -1,0 +1,175 @@
+"""The loop over candidates (P section 4): choose one, try it, on refusal choose another."""
+
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from unstructured_mg.capture.capture import Capture, frame_hash
+from unstructured_mg.errors import Refusal
+from unstructured_mg.matching.candidates import Candidate, is_near
+from unstructured_mg.pipeline import tasks
+from unstructured_mg.pipeline.names import pair_name
+from unstructured_mg.pipeline.options import BuildOptions
+from unstructured_mg.pipeline.pool import Pool
+from unstructured_mg.pipeline.progress import Advance
+from unstructured_mg.pipeline.selection import GreedySelection
+from unstructured_mg.pipeline.store import Store
+
+# A stage's version changes when its code would make other results from the same inputs.
+VERSIONS = {"cages": 1, "pairs": 1, "transitions": 1}
+STRIKES = 2
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one candidate ended: kept, or refused with the reason."""
+
+    candidate: Candidate
+    refusal: Refusal | None
+
+
+@dataclass
+class _Trial:
+    index: int
+    candidate: Candidate
+    strikes: int = 0
+
+
+class PairLoop:
+    """Try candidates in ranked order over a pool of workers, committing what they make.
+
+    A trial goes through three steps, each an artefact of its own, so that a killed build loses at most one step a
+    worker: the cage, the tracked pair, the two transitions.
+    """
+
+    def __init__(self, store: Store, pool: Pool, capture: Capture, options: BuildOptions, seconds: dict[str, float]):
+        self.store = store
+        self.pool = pool
+        self.capture = capture
+        self.options = options
+        self.seconds = seconds
+        self._running: dict[Future[tasks.TaskResult], tuple[_Trial, str]] = {}
+        self._refusals: dict[int, Refusal] = {}
+        self._report: Callable[[int, bool], None] = lambda index, accepted: None
+
+    def run(self, candidates: tuple[Candidate, ...], advance: Advance) -> list[Outcome]:
+        """Decide all candidates; what was tried comes back in ranked order."""
+        options = self.options
+
+        def near(candidate: Candidate, others: list[Candidate]) -> bool:
+            return is_near(candidate, others, self.capture, options.matching)
+
+        selection = GreedySelection(candidates, near, options.retries, options.max_pairs)
+        self._report = selection.report
+        while not selection.finished:
+            while len(self._running) < self.pool.workers and (index := selection.next()) is not None:
+                self._step(_Trial(index, candidates[index]), "cages")
+            if self._running:
+                self._collect()
+            advance(selection.decided, len(candidates))
+        for future in list(self._running):
+            future.cancel()
+        wait(self._running)
+        self._running.clear()
+        rank = {candidate: index for index, candidate in enumerate(candidates)}
+        decided = sorted(selection.accepted + selection.refused, key=rank.__getitem__)
+        return [Outcome(candidate, self._refusals.get(rank[candidate])) for candidate in decided]
+
+    def inputs(self, candidate: Candidate, group: str) -> dict[str, Any]:
+        """What a candidate's artefact of ``group`` is made from."""
+        k, capture = self.options.matching.k, self.capture
+        window = [*range(candidate.source - k, candidate.source + k + 1)]
+        window += range(candidate.target - k, candidate.target + k + 1)
+        inputs: dict[str, Any] = {
+            "stage": group,
+            "stage_version": VERSIONS[group],
+            "frames": [frame_hash(capture, i) for i in window],
+            "unit": capture.unit,
+            "up": capture.up,
+            "floor": capture.floor,
+            "yaw": candidate.yaw,
+            "k": k,
+            "tracking": asdict(self.options.tracking),
+        }
+        if group == "transitions":
+            inputs["synthesis"] = asdict(self.options.synthesis)
+        return inputs
+
+    def artefacts(self, candidate: Candidate, group: str) -> list[str]:
+        """Names of a candidate's artefacts of ``group``."""
+        source, target = candidate.source, candidate.target
+        both = [(source, target), (target, source)] if group == "transitions" else [(source, target)]
+        return [pair_name(self.capture, s, t, group) for s, t in both]
+
+    def _step(self, trial: _Trial, group: str) -> None:
+        """Go on with a trial at ``group``: reuse what is there, else start a worker on it."""
+        candidate, options, capture = trial.candidate, self.options, self.capture
+        inputs = self.inputs(candidate, group)
+        if group == "cages" and self.store.find(self.artefacts(candidate, "pairs")[0], self.inputs(candidate, "pairs")):
+            self._step(trial, "pairs")
+            return
+        found = [self.store.find(name, inputs) for name in self.artefacts(candidate, group)]
+        if all(found):
+            self._after(trial, group, tasks.read_refusal(self.store.path(self.artefacts(candidate, group)[0])))
+            return
+        scratch, k = self.store.scratch, options.matching.k
+        submit: Callable[..., Future[tasks.TaskResult]] = self.pool.submit
+        if group == "cages":
+            future = submit(tasks.prepare, capture, candidate, k, options.tracking, scratch)
+        elif group == "pairs":
+            cage = self._path(candidate, "cages")
+            future = submit(tasks.track, capture, candidate, k, cage, options.tracking, scratch)
+        else:
+            future = submit(tasks.synthesise, capture, self._path(candidate, "pairs"), options.synthesis, scratch)
+        self._running[future] = (trial, group)
+
+    def _path(self, candidate: Candidate, group: str) -> Path:
+        return self.store.path(self.artefacts(candidate, group)[0])
+
+    def _after(self, trial: _Trial, group: str, refusal: Refusal | None) -> None:
+        """An artefact is in the store: go on to the next step, or tell the selection."""
+        following = {"cages": "pairs", "pairs": "transitions"}
+        if refusal is not None:
+            self._refusals[trial.index] = refusal
+            self._report(trial.index, False)
+        elif group in following:
+            self._step(trial, following[group])
+        else:
+            self._report(trial.index, True)
+
+    def _collect(self) -> None:
+        """Wait for workers and commit what they made, in ranked order."""
+        done, _ = wait(self._running, return_when=FIRST_COMPLETED)
+        broken: list[_Trial] = []
+        for future in sorted(done, key=lambda future: self._running[future][0].index):
+            trial, group = self._running.pop(future)
+            try:
+                result = future.result()
+            except BrokenProcessPool:
+                broken.append(trial)
+                continue
+            names = self.artefacts(trial.candidate, group)
+            for name, folder in zip(names, result.folders, strict=True):
+                self.store.commit(name, self.inputs(trial.candidate, group), folder)
+            self.seconds[names[0]] = result.seconds
+            self._after(trial, group, result.refusal)
+        if broken:
+            self._restart(broken)
+
+    def _restart(self, broken: list[_Trial]) -> None:
+        """A worker died and took the pool with it: every running trial starts again; twice is enough."""
+        wait(self._running)
+        trials = broken + [trial for trial, _ in self._running.values()]
+        self._running.clear()
+        self.pool.restart()
+        for trial in sorted(trials, key=lambda trial: trial.index):
+            trial.strikes += 1
+            if trial.strikes >= STRIKES:
+                # Not stored: with more memory, or fewer workers, the next run may succeed.
+                reason = "its worker process died twice, most likely for want of memory: try fewer --workers"
+                self._after(trial, "cages", Refusal("tracking", reason))
+            else:
+                self._step(trial, "cages")

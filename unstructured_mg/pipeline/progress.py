@@ -1,0 +1,38 @@
+"""Progress on the terminal: a bar a stage, with the time left."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+Advance = Callable[[int, int], None]
+
+
+class StageProgress:
+    """Bars for the stages of a run; plain lines where the output is not a terminal."""
+
+    def __init__(self, console: Console):
+        self._console = console
+
+    @contextmanager
+    def stage(self, title: str) -> Iterator[Advance]:
+        """A bar for one stage; call what it yields with (done, total)."""
+        if not self._console.is_terminal:
+            self._console.print(f"{title} ...")
+            yield lambda done, total: None
+            return
+        columns = [
+            TextColumn("{task.description:<32}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        ]
+        with Progress(*columns, console=self._console) as bars:
+            task = bars.add_task(title, total=None)
+            yield lambda done, total: bars.update(task, completed=done, total=total)
+
+    def note(self, text: str) -> None:
+        """A line that stays."""
+        self._console.print(text)

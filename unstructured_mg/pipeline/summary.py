@@ -1,0 +1,107 @@
+"""The two tables at a build's end, in the rows of P Tables 1 and 2."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from rich.console import Console
+from rich.table import Table
+
+from unstructured_mg.pipeline.work import Work
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a build came to.
+
+    ``frames`` captured and good, ``covered`` of them in the graph; ``candidates`` tried, of which ``refused`` (reasons
+    and how often) and ``kept``; ``transitions`` made, ``played`` of them in the graph; ``minutes`` a stage.
+    """
+
+    frames: int
+    faults: int
+    covered: int
+    candidates: int
+    kept: int
+    refused: tuple[tuple[str, int], ...]
+    transitions: int
+    played: int
+    minutes: tuple[tuple[str, float], ...]
+
+
+def summarise(work: Work) -> Summary:
+    """Count what a finished work folder holds."""
+    graph, outcomes = work.graph, work.outcomes
+    refusals = [row["refusal"] for row in outcomes if row["refusal"] is not None]
+    reasons = Counter(f"{refusal['stage']}: {_kind(refusal['reason'])}" for refusal in refusals)
+    return Summary(
+        frames=len(work.capture),
+        faults=len(work.capture.faults),
+        covered=len(graph.frames) if graph.cyclic else 0,
+        candidates=len(outcomes),
+        kept=len(outcomes) - len(refusals),
+        refused=tuple(sorted(reasons.items())),
+        transitions=len(graph.links),
+        played=len(graph.links_used()),
+        minutes=_minutes(work),
+    )
+
+
+def print_summary(work: Work, console: Console) -> None:
+    """Print the tables of a finished work folder, and its capture's faults and warnings."""
+    summary = summarise(work)
+    for warning in work.capture.warnings:
+        console.print(f"[yellow]{warning}[/yellow]")
+    if work.capture.faults:
+        faults = Table(title="Frames that could not be used", title_justify="left")
+        for heading in ("file", "fault", "remedy"):
+            faults.add_column(heading)
+        for fault in work.capture.faults:
+            faults.add_row(fault.file, fault.fault, fault.remedy)
+        console.print(faults)
+    counts = Table(title="Frames and transitions", title_justify="left")
+    for heading in ("frames", "in the graph", "candidates", "refused", "kept", "transitions", "in the graph"):
+        counts.add_column(heading, justify="right")
+    refused = summary.candidates - summary.kept
+    row = (summary.frames, summary.covered, summary.candidates, refused)
+    counts.add_row(*map(str, (*row, summary.kept, summary.transitions, summary.played)))
+    console.print(counts)
+    for reason, count in summary.refused:
+        console.print(f"  refused {count} x {reason}")
+    minutes = Table(title="Minutes", title_justify="left")
+    minutes.add_column("stage")
+    minutes.add_column("minutes", justify="right")
+    for stage, value in summary.minutes:
+        minutes.add_row(stage, f"{value:.2f}")
+    minutes.add_section()
+    minutes.add_row("total", f"{sum(value for _, value in summary.minutes):.2f}")
+    console.print(minutes)
+    if not work.graph.cyclic:
+        nearest = work.matching.nearest[:3]
+        pairs = ", ".join(
+            f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({1000 * c.score:.0f} mm)"
+            for c in nearest
+        )
+        close = f"; the nearest windows are around {pairs}" if pairs else ""
+        limit = 1000 * work.matching.threshold
+        console.print(
+            f"No transition could be made, so nothing loops (candidates differ by {limit:.0f} mm at most{close})."
+        )
+
+
+def _minutes(work: Work) -> tuple[tuple[str, float], ...]:
+    """Wall time of stages that use all workers together; of the pairs, the workers' own time added up."""
+    timings = work.timings
+    wall = [(stage, timings.stages.get(stage, 0.0)) for stage in ("reading", "matching", "graph")]
+    pairs = [
+        ("cages", "cages (worker time)"),
+        ("pairs", "tracking (worker time)"),
+        ("transitions", "synthesis (worker time)"),
+    ]
+    worker = [(title, timings.total(group, work.store.names(group))) for group, title in pairs]
+    return tuple((stage, seconds / 60) for stage, seconds in [*wall[:2], *worker, *wall[2:]])
+
+
+def _kind(reason: str) -> str:
+    """A reason without its numbers, so that like refusals are counted together."""
+    words = reason.split(", ", 1)[0].split(";")[0].split(" (")[0]
+    return " ".join(word for word in words.split() if not any(letter.isdigit() for letter in word)).rstrip(".:")
