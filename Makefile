@@ -1,0 +1,46 @@
+# Everything sets itself up in .venv; only Python 3.11 or later and a C compiler are needed.
+PYTHON ?= python3
+BIN := .venv/bin
+SOURCES := pyproject.toml setup.py $(wildcard native/*.c native/*.h)
+
+.PHONY: demo test lint sanitize clean
+
+demo: .venv/ready  ## Build a motion graph of the package's own capture and open-able results in demo/
+	$(BIN)/umg demo demo
+
+test: .venv/ready-test  ## All tests; ends with what was skipped and why
+	$(BIN)/python -m pytest $(TESTS)
+
+lint: .venv/ready-lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+sanitize: .venv/ready-test  ## The tests of the compiled part under the address and undefined-behaviour sanitizers
+	rm -rf build/sanitize && mkdir -p build/sanitize
+	cp -r pyproject.toml setup.py README.md LICENSE native unstructured_mg tests build/sanitize/
+	rm -f build/sanitize/unstructured_mg/*.so
+	cd build/sanitize && UMG_SANITIZE=1 ../../$(BIN)/python setup.py -q build_ext --inplace
+	cd build/sanitize && LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libubsan.so)" \
+		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=. ../../$(BIN)/python -m pytest -p no:cacheprovider $(or $(TESTS),tests/native tests/geometry)
+
+clean:
+	rm -rf .venv build demo unstructured_mg/*.so *.egg-info
+
+.venv/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "unstructured_mg needs Python 3.11 or later: make PYTHON=/path/to/python3.11"; exit 1; }
+	$(PYTHON) -m venv .venv
+	touch $@
+
+.venv/ready: .venv/python $(SOURCES)
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+.venv/ready-test: .venv/python $(SOURCES)
+	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	touch $@ .venv/ready
+
+.venv/ready-lint: .venv/ready
+	$(BIN)/python -m pip install --quiet --editable '.[lint]'
+	touch $@
