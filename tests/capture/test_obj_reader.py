@@ -203,6 +203,7 @@ def test_random_bytes_are_refused_or_read_but_never_crash(tmp_path):
         (BOX + "vt 0 0\nf 1/1 2/1 3/2\n", "line 6 names texture coordinate 2,"),
         (BOX + "f 1 2 3\nf 1 2\n", "line 6 holds a face of fewer than three corners"),
         (BOX + "f 1 2 3x\n", "line 5 holds a face corner that is no index"),
+        ("v\n" * 99 + "f 1 2 3\n", "its vertex lines do not hold three numbers each"),
         ("v 1 2\n" + BOX + "f 1 2 3\n", "line 1 does not hold the numbers"),
         ("v 1,5 2 3\n" + BOX + "f 1 2 3\n", "line 1 does not hold the numbers"),
     ],

@@ -3,7 +3,7 @@ import os
 import pytest
 
 from unstructured_mg.capture.frame_error import FrameError
-from unstructured_mg.capture.paths import capture_roots, find_beside, find_named, read_regular_file
+from unstructured_mg.capture.paths import capture_roots, decode_text, find_beside, find_named, read_regular_file
 
 
 def test_names_are_found_below_and_beside_whatever_case_and_slashes(tmp_path):
@@ -17,6 +17,7 @@ def test_names_are_found_below_and_beside_whatever_case_and_slashes(tmp_path):
     assert find_named("../shared/c.png", frame, roots).samefile(tmp_path / "shared" / "c.png")
     assert find_named(f"{tmp_path}/shared/c.png", frame, roots) == tmp_path / "shared" / "c.png"
     assert find_named("lost.png", frame, roots) is None and find_named("Maps", frame, roots) is None
+    assert find_named("n" * 5000, frame, roots) is None
     assert find_beside(frame, (".mtl", ".png"), roots) is None
 
 
@@ -58,7 +59,7 @@ def test_only_regular_files_of_bounded_size_are_read(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "empty").write_bytes(b"")
     with open(tmp_path / "huge", "wb") as stream:
-        stream.truncate((1 << 30) + 1)
+        stream.truncate((1 << 28) + 1)
     for name, fault in (
         ("pipe", "not a regular file"),
         ("empty", "empty"),
@@ -68,3 +69,7 @@ def test_only_regular_files_of_bounded_size_are_read(tmp_path):
     ):
         with pytest.raises(FrameError, match=fault):
             read_regular_file(tmp_path / name)
+
+
+def test_names_in_either_encoding():
+    assert decode_text("Jörg.png".encode()) == decode_text("Jörg.png".encode("latin-1")) == "Jörg.png"

@@ -88,6 +88,11 @@ def test_a_front_and_a_back_become_one_surface_and_a_single_fold_stays():
     mesh, tidied = tidy(raw_mesh(vertices, np.vstack([faces, faces[:, ::-1], faces[:9, [1, 2, 0]]])))
     np.testing.assert_array_equal(mesh.faces, faces)
     assert tidied == Tidied(0, 0, len(faces) + 9, 0, 0, 0)
+    # the back may have vertices of its own, as where it has normals of its own
+    mesh, tidied = tidy(raw_mesh(np.vstack([vertices, vertices]), np.vstack([faces, faces[:, ::-1] + len(vertices)])))
+    np.testing.assert_array_equal(mesh.vertices, vertices)
+    np.testing.assert_array_equal(mesh.faces, faces)
+    assert tidied == Tidied(len(vertices), 0, len(faces), 0, 0, 0)
     mesh, tidied = tidy(raw_mesh(vertices, np.vstack([faces, faces[:4, ::-1]])))
     assert len(mesh.faces) == len(faces) + 4 and tidied == Tidied(0, 0, 0, 4, 0, 0)
 

@@ -8,7 +8,7 @@ from unstructured_mg import _native
 from unstructured_mg.capture.frame_error import FrameError
 from unstructured_mg.capture.image import SUFFIXES
 from unstructured_mg.capture.mtl import read_mtl
-from unstructured_mg.capture.paths import capture_roots, find_beside, find_named, read_regular_file
+from unstructured_mg.capture.paths import capture_roots, decode_text, find_beside, find_named, read_regular_file
 from unstructured_mg.capture.raw_mesh import RawMesh
 
 # The faults of native/obj.c, in its order.
@@ -46,6 +46,8 @@ def read_obj(path: Path, folder: Path) -> RawMesh:
     if vertex_count == 0 or face_count == 0:
         lacking = "vertices" if vertex_count == 0 else "faces"
         raise FrameError(path, f"it holds no {lacking}", "export the frame again as an OBJ triangle mesh")
+    if vertex_count * len(b"v 0 0 0") > len(text):  # before memory is taken for what cannot be there
+        raise FrameError(path, "its vertex lines do not hold three numbers each", "export the frame again")
     vertices = np.empty((vertex_count, 3))
     raw_colors = np.full((vertex_count, 3), np.nan)
     uv = np.empty((uv_count, 2))
@@ -56,7 +58,7 @@ def read_obj(path: Path, folder: Path) -> RawMesh:
     fault, line, detail = _native.obj_read(text, vertices, raw_colors, uv, faces, face_uv, face_statement, ranges)
     if fault:
         raise FrameError(path, _FAULTS[fault].format(line=line, detail=detail), "export the frame again")
-    statements = [text[start:stop].decode("utf-8", "replace").strip() for start, stop in ranges]
+    statements = [decode_text(text[start:stop]).strip() for start, stop in ranges]
     libraries = [_argument(statement) for statement in statements if statement.startswith("mtllib")]
     roots = capture_roots(path, folder)
     named, library_files = _read_libraries(libraries, path, roots)
@@ -96,7 +98,7 @@ def _read_libraries(
             if file is None or file in files:
                 continue
             files.append(file)
-            for material, image in read_mtl(read_regular_file(file).decode("utf-8", "replace")).items():
+            for material, image in read_mtl(decode_text(read_regular_file(file))).items():
                 named.setdefault(material, (image, file))
     return named, files
 

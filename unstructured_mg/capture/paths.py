@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from unstructured_mg.capture.frame_error import FrameError
 
 #: One frame's mesh file may not be larger than this.
-LARGEST_FILE = 1 << 30
+LARGEST_FILE = 1 << 28
 
 
 def capture_roots(path: Path, folder: Path) -> tuple[Path, ...]:
@@ -30,7 +30,7 @@ def find_named(name: str, written_in: Path, roots: tuple[Path, ...]) -> Path | N
     path = written_in.parent / parts
     if drive or not _is_inside(path, roots):
         raise _outside(written_in, name)
-    if path.is_file():
+    if _is_file(path):
         return path
     found = None if parts.is_absolute() else _ignoring_case(written_in.parent, parts)
     if found is not None and not _is_inside(found, roots):
@@ -46,7 +46,7 @@ def find_beside(path: Path, suffixes: tuple[str, ...], roots: tuple[Path, ...]) 
     for suffix in suffixes:
         for spelt in (suffix, suffix.upper()):
             candidate = path.with_name(path.stem + spelt)
-            if candidate.is_file():
+            if _is_file(candidate):
                 if not _is_inside(candidate, roots):
                     raise _outside(path, candidate.name)
                 return candidate
@@ -63,7 +63,7 @@ def read_regular_file(path: Path) -> bytes:
             raise FrameError(path, "the file is empty", "export the frame again")
         if status.st_size > LARGEST_FILE:
             raise FrameError(
-                path, f"the file has {status.st_size} bytes", "no frame may exceed 1 GiB: export it smaller"
+                path, f"the file has {status.st_size} bytes", "no frame may exceed 256 MiB: export it smaller"
             )
         return path.read_bytes()
     except FileNotFoundError:
@@ -72,6 +72,21 @@ def read_regular_file(path: Path) -> bytes:
         raise FrameError(
             path, f"it cannot be read ({error.strerror})", "check the file's permissions and the disk"
         ) from None
+
+
+def decode_text(text: bytes) -> str:
+    """Names in UTF-8, or in the Latin-1 of older exporters where it is not UTF-8."""
+    try:
+        return text.decode("utf-8")
+    except UnicodeDecodeError:
+        return text.decode("latin-1")
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a folder that may not be looked into, a name longer than any file's
+        return False
 
 
 def _is_inside(path: Path, roots: tuple[Path, ...]) -> bool:
@@ -93,14 +108,14 @@ def _outside(written_in: Path, name: str) -> FrameError:
 def _ignoring_case(folder: Path, parts: PurePosixPath) -> Path | None:
     path = folder
     for part in parts.parts:
-        if part == ".." or (path / part).exists():
-            path = path / part
-            continue
         try:
+            if part == ".." or (path / part).exists():
+                path = path / part
+                continue
             matches = sorted(entry.name for entry in path.iterdir() if entry.name.lower() == part.lower())
         except OSError:
             return None
         if not matches:
             return None
         path = path / matches[0]
-    return path if path.is_file() else None
+    return path if _is_file(path) else None

@@ -7,7 +7,7 @@ import numpy as np
 
 from unstructured_mg.capture.frame_error import FrameError
 from unstructured_mg.capture.image import SUFFIXES
-from unstructured_mg.capture.paths import capture_roots, find_beside, find_named, read_regular_file
+from unstructured_mg.capture.paths import capture_roots, decode_text, find_beside, find_named, read_regular_file
 from unstructured_mg.capture.raw_mesh import RawMesh
 
 _TYPES = {
@@ -95,7 +95,7 @@ def _header(data: bytes) -> tuple[list[_Element], str, list[str], int]:
         raise _BadPly("it is not a PLY file")
     elements: list[_Element] = []
     order, textures = None, []
-    for line in data[:end].decode("latin-1").splitlines()[1:]:
+    for line in decode_text(data[:end]).splitlines()[1:]:
         words = line.split()
         if not words:
             continue

@@ -38,8 +38,9 @@ def tidy(raw: RawMesh) -> tuple[TexturedMesh, Tidied]:
     - Faces that name a vertex twice are left out: they have no area, and the edge they fold away joins their
       neighbours. Faces without area whose corners differ stay.
     - A face on the same three vertices, in the same sense, as one before it is left out. Where at least half of all
-      faces have a twin in the opposite sense (a front and a back), the later of each two is left out as well: normals
-      at vertices would cancel to nothing, and no point would be inside. Single twins stay: they close a fold.
+      faces have a twin in the opposite sense (a front and a back, which may have vertices of its own), the later of
+      each two is left out as well: normals at vertices would cancel to nothing, and no point would be inside. Single
+      twins stay: they close a fold.
     - Vertices that no face names are left out: they would count in bounds and floor.
     - Corners without uv, in a mesh that has uvs, get the uv (0, 0); faces without image, in a mesh that has images, get
       the first image and the uv (0, 0).
@@ -50,7 +51,7 @@ def tidy(raw: RawMesh) -> tuple[TexturedMesh, Tidied]:
         whole[:] = True  # nothing but points and lines: the caller refuses it by its area
     collapsed = int(np.count_nonzero(~whole))
     repeated, away = _twins(faces[whole])
-    if away.any() and 4 * np.count_nonzero(away) >= np.count_nonzero(~repeated):
+    if _is_front_and_back(repeated, away):
         repeated |= away
         away = np.zeros_like(away)
     kept = np.flatnonzero(whole)[~repeated]
@@ -83,10 +84,18 @@ def tidy(raw: RawMesh) -> tuple[TexturedMesh, Tidied]:
 
 
 def _close_seams(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, int]:
-    """Faces with the vertices of equal place on open edges made one (the first of them), and how many vanished."""
+    """Faces with the vertices of equal place on open edges made one (the first of them), and how many vanished.
+
+    Where that shows a front and a back with vertices of their own, those of equal place are made one everywhere.
+    """
     labels, count = weld_labels(vertices)
     if count == len(vertices):
         return faces, 0
+    first = np.full(count, len(vertices), np.int32)
+    np.minimum.at(first, labels, np.arange(len(vertices), dtype=np.int32))
+    everywhere = first[labels]
+    if _is_front_and_back(*_twins(everywhere[faces])):
+        return everywhere[faces], len(vertices) - count
     tails, heads = faces.ravel(), faces[:, [1, 2, 0]].ravel()
     keys = np.minimum(tails, heads).astype(np.int64) * len(vertices) + np.maximum(tails, heads)
     order = np.argsort(keys)
@@ -98,8 +107,8 @@ def _close_seams(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, i
     on_open_edge[tails[order[single]]] = True
     on_open_edge[heads[order[single]]] = True
     border = np.flatnonzero(on_open_edge)
-    first = np.full(count, len(vertices), np.int64)
-    np.minimum.at(first, labels[border], border)
+    first[:] = len(vertices)
+    np.minimum.at(first, labels[border], border.astype(np.int32))
     target = np.arange(len(vertices), dtype=np.int32)
     target[border] = first[labels[border]]
     return target[faces], int(np.count_nonzero(target[border] != border))
@@ -122,6 +131,13 @@ def _twins(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     same = first_of_sense[sense] != index
     opposite = ~same & (first_of_set[labels] != index)
     return same, opposite
+
+
+def _is_front_and_back(repeated: np.ndarray, away: np.ndarray) -> bool:
+    """Whether at least half of the faces, repeated ones apart, have a twin of the other sense (``away``: one of each
+    two).
+    """
+    return bool(away.any() and 4 * np.count_nonzero(away) >= np.count_nonzero(~repeated))
 
 
 def _fill_uv(uv: np.ndarray, face_uv: np.ndarray, lacking: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

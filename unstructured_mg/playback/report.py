@@ -18,7 +18,6 @@ from unstructured_mg.playback.quality import plain_rows, quality_rows
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
 from unstructured_mg.playback.svg import data_uri, length, number
 
-
 # Pixels: the playing film beside the tables.
 FILM_WIDTH = 170
 
