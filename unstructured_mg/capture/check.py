@@ -13,7 +13,7 @@ from unstructured_mg.capture.image import check_image
 from unstructured_mg.capture.paths import read_regular_file
 from unstructured_mg.capture.placement import FrameBounds, frame_bounds
 from unstructured_mg.errors import FrameFault
-from unstructured_mg.geometry.components import compact, significant_faces
+from unstructured_mg.geometry.components import compact, face_components, significant_faces
 
 
 @dataclass(frozen=True)
@@ -60,5 +60,6 @@ def _check_frame(file: FrameFile, folder: Path, digests: dict[Path, bytes]) -> C
 
 def _body(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """The vertices of all components but debris: where the frame stands is read off these."""
-    kept = significant_faces(vertices, faces)
-    return vertices if kept.all() else compact(vertices, faces[kept])[0]
+    if not face_components(len(vertices), faces).any():
+        return vertices
+    return compact(vertices, faces[significant_faces(vertices, faces)])[0]
