@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from rich.console import RenderableType
 
 from unstructured_mg.capture.atlas import SAMPLES, coverage
 from unstructured_mg.capture.capture import Capture
@@ -105,6 +106,12 @@ class Inspection:
     def to_json(self) -> dict[str, Any]:
         """JSON-ready; the keys are the fields' names."""
         return asdict(self)
+
+    def table(self) -> RenderableType:
+        """The whole inspection for a rich console, every fault with its remedy included."""
+        from unstructured_mg.capture.inspect_text import inspection_renderable
+
+        return inspection_renderable(self)
 
 
 def inspect_capture(

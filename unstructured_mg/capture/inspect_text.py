@@ -42,7 +42,7 @@ def inspection_text(inspection: Inspection, width: int = 110) -> str:
     """The whole inspection as text, every fault with its remedy included."""
     console = Console(file=io.StringIO(), width=width, no_color=True, legacy_windows=False, highlight=False)
     with console.capture() as captured:
-        console.print(inspection_renderable(inspection))
+        console.print(inspection.table())
     return "\n".join(line.rstrip() for line in captured.get().splitlines()) + "\n"
 
 
