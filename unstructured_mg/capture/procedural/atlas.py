@@ -8,7 +8,9 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from unstructured_mg import _native
 
-STEEPEST = 0.30  # cosine: a face that leans further from its chart's plane goes to another chart
+LEVEL = 0.30  # cosine: a face that leans further from its chart's plane is offered to other charts
+STEEPEST = 0.10  # cosine: no face leans further; patches of less than SMALL faces join a chart down to here
+SMALL = 14
 GUTTER = 4.0  # texels between charts; each keeps half of it on every side
 OVERSAMPLING = 2  # overlap inside a chart is looked for on a grid this many times finer than the texture
 
@@ -53,20 +55,19 @@ def unwrap(
     area = np.linalg.norm(cross, axis=1)
     normals = cross / np.maximum(area, 1e-300)[:, None]
     label = _grow(normals, area, (a + b + c) / 3, neighbours, int(generator.integers(34, 56)), generator)
-    for _ in range(4):
-        label, axis = _make_flat(label, normals, area, neighbours)
-        plane = _planes(axis, generator)
+    label, axis = _flatten(label, normals, area, neighbours)
+    for attempt in range(6):
         scale = _mean(label, density, area)
-        flat = np.einsum("fki,fji->fkj", vertices[faces], plane[label]) * scale[label][:, None, None]
-        corners, _ = _pack(flat, label, size)
+        flat = np.einsum("fki,fji->fkj", vertices[faces], _planes(axis)[label]) * scale[label][:, None, None]
+        corners = _pack(_align(flat, label, area, generator), label, size)
         clash = _overlaps(corners, size)
         if not clash.any():
             break
         # What lies over another part of its chart becomes a chart of its own.
-        label = np.where(clash, len(scale) + label, label)
+        label, axis = _part(label, axis, clash, normals, area, neighbours, attempt > 0)
     owner = np.full((size, size), -1, np.int32)
     weights = np.zeros((size, size, 3), np.float32)
-    _native.raster_charts(np.ascontiguousarray(corners), owner, weights, np.zeros(len(faces), np.uint8), size, size)
+    _native.raster_charts(np.ascontiguousarray(corners), owner, weights, size, size)
     keys = label[:, None].astype(np.int64) * len(vertices) + faces
     _, first, face_uv = np.unique(keys, return_index=True, return_inverse=True)
     uv = corners.reshape(-1, 2)[first] / size
@@ -117,34 +118,79 @@ def _axes(label: np.ndarray, normals: np.ndarray, area: np.ndarray) -> np.ndarra
     return axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-300)
 
 
-def _make_flat(
+def _lean(label: np.ndarray, axis: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Cosine (m,) between each face and the axis of its chart."""
+    return np.einsum("fi,fi->f", normals, axis[label])
+
+
+def _adopt(
+    label: np.ndarray, axis: np.ndarray, normals: np.ndarray, neighbours: np.ndarray, free: np.ndarray, limit: float
+) -> np.ndarray:
+    """Hand ``free`` faces to the neighbouring chart they fit best, in rounds, where their cosine is ``limit`` or more.
+
+    Changes ``label`` in place; returns which faces are still free.
+    """
+    free = free.copy()
+    while True:
+        waiting = np.flatnonzero(free)
+        around = neighbours[waiting]
+        fit = np.einsum("fi,fci->fc", normals[waiting], axis[label[around]])
+        fit[free[around]] = -1.0
+        best = np.argmax(fit, 1)
+        rows = np.arange(len(waiting))
+        good = fit[rows, best] >= limit
+        if not good.any():
+            return free
+        label[waiting[good]] = label[around[rows, best][good]]
+        free[waiting[good]] = False
+
+
+def _flatten(
     label: np.ndarray, normals: np.ndarray, area: np.ndarray, neighbours: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Connected charts in which no face is steep: steep faces go to a neighbouring chart or become charts."""
-    usable = area > 0
-    for attempt in range(4):
+    """Connected charts (m,) and their axes (charts, 3): every face's cosine to its axis is at least STEEPEST."""
+    for _ in range(3):
         label = _connected(label, neighbours)
         axis = _axes(label, normals, area)
-        # Only at first: taking and splitting in turn might go on for ever.
-        for _ in range(8 if attempt == 0 else 0):
-            steep = np.flatnonzero(np.einsum("fi,fi->f", normals, axis[label]) < STEEPEST)
-            offers = label[neighbours[steep]]
-            fit = np.einsum("fi,fci->fc", normals[steep], axis[offers])
-            best = np.argmax(fit, 1)
-            good = fit[np.arange(len(steep)), best] >= STEEPEST
-            if not good.any():
-                break
-            label[steep[good]] = offers[np.arange(len(steep)), best][good]
-        if attempt == 0:
-            label = _connected(label, neighbours)
-            axis = _axes(label, normals, area)
-        steep = usable & (np.einsum("fi,fi->f", normals, axis[label]) < STEEPEST)
-        if not steep.any():
-            return label, axis
+        steep = _adopt(label, axis, normals, neighbours, _lean(label, axis, normals) < LEVEL, LEVEL)
+        # What no neighbour can take is split off and flattened on its own.
         label = np.where(steep, len(axis) + label, label)
-    label[steep] = label.max() + 1 + np.arange(np.count_nonzero(steep))
-    label = np.unique(label, return_inverse=True)[1]
-    return label, _axes(label, normals, area)
+    label = _connected(label, neighbours)
+    axis = _axes(label, normals, area)
+    small = np.bincount(label)[label] < SMALL
+    core = np.where(small, 0.0, area)
+    _adopt(label, axis, normals, neighbours, small, STEEPEST)
+    label = _connected(label, neighbours)
+    alone = np.bincount(label, core) == 0
+    return _singled(label, _axes(label, normals, np.where(alone[label], area, core)), normals)
+
+
+def _singled(label: np.ndarray, axis: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Make every face that is still too steep a chart of its own."""
+    steep = np.flatnonzero(_lean(label, axis, normals) < STEEPEST)
+    label = label.copy()
+    label[steep] = len(axis) + np.arange(len(steep))
+    used, label = np.unique(label, return_inverse=True)
+    return label, np.concatenate([axis, normals[steep]])[used]
+
+
+def _part(
+    label: np.ndarray,
+    axis: np.ndarray,
+    clash: np.ndarray,
+    normals: np.ndarray,
+    area: np.ndarray,
+    neighbours: np.ndarray,
+    singly: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Take the faces ``clash`` out of their charts: a connected patch a chart or, where ``singly``, a face a chart."""
+    patch = np.where(clash, 1 + label, 0) if not singly else np.where(clash, 1 + np.arange(len(label)), 0)
+    parts = _connected(patch, neighbours)
+    parts, own = np.unique(np.where(clash, parts, -1), return_inverse=True)
+    own_axis = _axes(own, normals, area)
+    label = np.where(clash, len(axis) + own, label)
+    used, label = np.unique(label, return_inverse=True)
+    return _singled(label, np.concatenate([axis, own_axis])[used], normals)
 
 
 def _connected(label: np.ndarray, neighbours: np.ndarray) -> np.ndarray:
@@ -153,42 +199,44 @@ def _connected(label: np.ndarray, neighbours: np.ndarray) -> np.ndarray:
     )
 
 
-def _planes(axis: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """For each chart axis two directions (charts, 2, 3) that span its plane, turned at random, right-handed."""
+def _planes(axis: np.ndarray) -> np.ndarray:
+    """For each chart axis two directions (charts, 2, 3) that span its plane, right-handed."""
     helper = np.where(np.abs(axis[:, 2:]) < 0.8, [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
     right = np.cross(helper, axis)
-    right /= np.linalg.norm(right, axis=1, keepdims=True)
-    up = np.cross(axis, right)
-    angle = generator.uniform(0, 2 * np.pi, len(axis))[:, None]
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * right + s * up, -s * right + c * up], 1)
+    right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-300)
+    return np.stack([right, np.cross(axis, right)], 1)
 
 
-def _pack(flat: np.ndarray, label: np.ndarray, size: int) -> tuple[np.ndarray, float]:
-    """Corners (m, 3, 2) in texels, y down, and texels a metre: charts side by side on shelves as large as they fit."""
+def _align(flat: np.ndarray, label: np.ndarray, area: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Turn every chart's corners (m, 3, 2) so that its long axis lies along u, one way or the other at random."""
+    centres = flat.mean(1)
+    middle = np.stack([_mean(label, centres[:, i], area) for i in range(2)], 1)
+    x, y = (centres - middle[label]).T
+    angle = 0.5 * np.arctan2(2 * _mean(label, x * y, area), _mean(label, x * x - y * y, area))
+    angle = angle + np.pi * generator.integers(0, 2, len(angle)) + generator.uniform(-0.06, 0.06, len(angle))
+    c, s = np.cos(angle)[label][:, None], np.sin(angle)[label][:, None]
+    return np.stack([c * flat[..., 0] + s * flat[..., 1], c * flat[..., 1] - s * flat[..., 0]], -1)
+
+
+def _pack(flat: np.ndarray, label: np.ndarray, size: int) -> np.ndarray:
+    """Corners (m, 3, 2) in texels, y down: charts side by side on shelves, as large as they fit."""
     count = int(label.max()) + 1
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(low, label, flat.min(1))
-    np.maximum.at(high, label, flat.max(1))
-    extent = high - low
-    lying = extent[:, 1] > extent[:, 0]
-    # Charts lie on their long side: shelves waste less.
-    flat = np.where(lying[label][:, None, None], np.stack([flat[..., 1], -flat[..., 0]], -1), flat)
-    corner = np.where(lying[:, None], np.stack([low[:, 1], -high[:, 0]], 1), low)
-    extent = np.where(lying[:, None], extent[:, ::-1], extent)
-    order = np.lexsort((np.arange(count), -extent[:, 1]))
+    order = np.argsort(label, kind="stable")
+    first = np.searchsorted(label[order], np.arange(count))
+    low = np.minimum.reduceat(flat.min(1)[order], first)
+    extent = np.maximum.reduceat(flat.max(1)[order], first) - low
+    highest = np.lexsort((np.arange(count), -extent[:, 1]))
     small, large = 0.0, 4.0 * size / float(np.sqrt(extent.prod(1).sum()))
-    for _ in range(24):
+    for _ in range(20):
         scale = 0.5 * (small + large)
-        if _shelves(extent[order] * scale + GUTTER, size) is None:
+        if _shelves(extent[highest] * scale + GUTTER, size) is None:
             large = scale
         else:
             small = scale
     places = np.empty((count, 2))
-    fitted = _shelves(extent[order] * small + GUTTER, size)
-    places[order] = fitted
-    texels = (flat - corner[label][:, None]) * small + places[label][:, None] + 0.5 * GUTTER
-    return np.stack([texels[..., 0], size - texels[..., 1]], -1), small
+    places[highest] = _shelves(extent[highest] * small + GUTTER, size)
+    texels = (flat - low[label][:, None]) * small + places[label][:, None] + 0.5 * GUTTER
+    return np.stack([texels[..., 0], size - texels[..., 1]], -1)
 
 
 def _shelves(boxes: np.ndarray, size: int) -> np.ndarray | None:
@@ -209,9 +257,9 @@ def _shelves(boxes: np.ndarray, size: int) -> np.ndarray | None:
 
 
 def _overlaps(corners: np.ndarray, size: int) -> np.ndarray:
+    """Which faces (m,) lie over others: without them no two overlap."""
     fine = size * OVERSAMPLING
-    owner = np.full((fine, fine), -1, np.int32)
     clash = np.zeros(len(corners), np.uint8)
-    weights = np.empty((fine, fine, 3), np.float32)
-    _native.raster_charts(np.ascontiguousarray(corners * OVERSAMPLING), owner, weights, clash, fine, fine)
+    taken = np.zeros((fine, fine), np.uint8)
+    _native.find_overlaps(np.ascontiguousarray(corners * OVERSAMPLING), taken, clash, fine, fine)
     return clash.astype(bool)

@@ -8,12 +8,15 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
-from unstructured_mg.capture.procedural.remesh import flip_edges, opposite_half_edges
+from unstructured_mg.capture.procedural.remesh import coarsen, flip_edges, opposite_half_edges
 from unstructured_mg.capture.procedural.skeleton import INDEX, REST
 from unstructured_mg.geometry.laplacian import mass_matrix, stiffness_matrix
 from unstructured_mg.geometry.solver import SymmetricSolver
 
 GRID = 0.010  # metres: marching-cubes spacing, fine enough for a thumb
+
+
+FACES = 30_000  # of the reference surface
 
 
 @dataclass(frozen=True)
@@ -155,7 +158,7 @@ def _parts() -> list[Loft]:
             blend=0.02,
         ),
         Loft("pelvis", (0, 0.012, 0.905), (0, 0.004, 1.00), ((0.0, 0.160, 0.114), (1.0, 0.150, 0.108)), blend=0.03),
-        Loft("neck", (0, 0.022, 1.40), (0, 0.008, 1.56), ((0.0, 0.056, 0.056), (1.0, 0.050, 0.052)), blend=0.035),
+        Loft("neck", (0, 0.022, 1.40), (0, 0.008, 1.56), ((0.0, 0.054, 0.054), (1.0, 0.046, 0.049)), blend=0.035),
     ]
     limbs = _mirrored(
         [
@@ -218,8 +221,8 @@ def _parts() -> list[Loft]:
     )
     head = [
         _ball("head", (0, 0.008, 1.640), 0.090, 0.102, 0.108, 0.02),
-        Loft("head", (0, -0.020, 1.560), (0, -0.010, 1.600), ((0.0, 0.062, 0.072), (1.0, 0.078, 0.084)), blend=0.03),
-        _ball("head", (0, -0.070, 1.535), 0.028, 0.026, 0.024, 0.03),
+        Loft("head", (0, -0.020, 1.560), (0, -0.010, 1.600), ((0.0, 0.052, 0.066), (1.0, 0.073, 0.083)), blend=0.03),
+        _ball("head", (0, -0.068, 1.531), 0.025, 0.024, 0.022, 0.035),
         Loft("head", (0, -0.096, 1.632), (0, -0.111, 1.598), ((0.0, 0.009, 0.009), (1.0, 0.015, 0.014)), blend=0.014),
         *_mirrored(
             [
@@ -230,7 +233,7 @@ def _parts() -> list[Loft]:
                     ((0.0, 0.009, 0.016), (1.0, 0.010, 0.022)),
                     blend=0.008,
                 ),
-                _ball("head", (0.047, -0.066, 1.590), 0.028, 0.024, 0.026, 0.03),
+                _ball("head", (0.042, -0.064, 1.594), 0.024, 0.021, 0.022, 0.035),
             ]
         ),
     ]
@@ -238,35 +241,22 @@ def _parts() -> list[Loft]:
 
 
 def _hair() -> list[Loft]:
+    fringe = ((0.0, 0.026, 0.026), (0.55, 0.031, 0.030), (1.0, 0.016, 0.014))
+    temple = ((0.0, 0.030, 0.022), (1.0, 0.014, 0.012))
+    upright = (0.0, 0.0, 1.0)
     return [
-        _ball("head", (0, 0.022, 1.660), 0.104, 0.108, 0.110, 0.01),
-        Loft("head", (0, 0.070, 1.600), (0, 0.085, 1.535), ((0.0, 0.080, 0.045), (1.0, 0.058, 0.028)), blend=0.03),
+        _ball("head", (0, 0.022, 1.660), 0.103, 0.107, 0.112, 0.01),
+        Loft("head", (0, 0.066, 1.600), (0, 0.074, 1.545), ((0.0, 0.078, 0.045), (1.0, 0.056, 0.030)), blend=0.04),
+        Loft("head", (0.050, -0.072, 1.722), (-0.048, -0.084, 1.712), fringe, upright, 0.025),
+        Loft("head", (-0.020, -0.066, 1.738), (0.062, -0.066, 1.708), fringe, upright, 0.025),
+        Loft("head", (0.058, -0.050, 1.730), (0.089, -0.008, 1.672), temple, upright, 0.035),
+        Loft("head", (-0.058, -0.050, 1.730), (-0.089, -0.008, 1.672), temple, upright, 0.035),
         Loft(
             "head",
-            (0.052, -0.080, 1.722),
-            (-0.045, -0.094, 1.716),
-            ((0.0, 0.030, 0.028), (0.6, 0.036, 0.030), (1.0, 0.018, 0.014)),
-            (0, 0, 1),
-            0.015,
-        ),
-        Loft(
-            "head",
-            (0.060, -0.050, 1.735),
-            (0.098, 0.0, 1.66),
-            ((0.0, 0.030, 0.024), (1.0, 0.016, 0.014)),
-            (0, 0, 1),
-            0.02,
-        ),
-        Loft(
-            "head",
-            (-0.060, -0.050, 1.735),
-            (-0.098, 0.0, 1.66),
-            ((0.0, 0.030, 0.024), (1.0, 0.016, 0.014)),
-            (0, 0, 1),
-            0.02,
-        ),
-        Loft(
-            "head", (0.02, -0.04, 1.765), (-0.03, 0.05, 1.772), ((0.0, 0.045, 0.026), (1.0, 0.040, 0.022)), blend=0.03
+            (0.018, -0.030, 1.748),
+            (-0.014, 0.045, 1.754),
+            ((0.0, 0.050, 0.028), (1.0, 0.046, 0.026)),
+            blend=0.05,
         ),
     ]
 
@@ -285,6 +275,15 @@ def sleeve_coordinate(points: np.ndarray) -> np.ndarray:
     return np.where(mirrored[:, 0] > 0.205, (mirrored - shoulder) @ w, -0.1)
 
 
+def relative_size(points: np.ndarray) -> np.ndarray:
+    """How long edges (p,) should be around points of the body: 1 on the trunk, shorter on head, hands and feet."""
+    x, _, z = points.T
+    head = 1 / (1 + np.exp(-(z - 1.50) / 0.012))
+    hand = 1 / (1 + np.exp(-(np.abs(x) - 0.55) / 0.010))
+    feet = 1 / (1 + np.exp((z - 0.10) / 0.015))
+    return 1 - 0.58 * head - 0.60 * hand - 0.30 * feet
+
+
 SLEEVE_END = 0.165
 HEM = 0.935
 CUFF = 0.100
@@ -299,13 +298,17 @@ def neck_coordinate(points: np.ndarray) -> np.ndarray:
     """Positive (p,) metres inside the collar's opening, an ellipsoid that dips in front, and above it."""
     x, y, z = points.T
     reach = np.sqrt((x / 0.086) ** 2 + ((y + 0.004) / 0.092) ** 2 + ((z - 1.475) / 0.066) ** 2)
-    return np.maximum(0.07 * (1 - reach), z - 1.475)
+    return np.maximum(0.07 * (1 - reach), z - 1.50)
 
 
 def hair_coordinate(points: np.ndarray) -> np.ndarray:
     """Positive where the scalp carries hair: above the brow, behind the ears, down to the nape."""
     x, y, z = points.T
-    front = 0.85 * (y + 0.052) + 0.75 * (z - 1.672) - 0.35 * np.abs(x) * (z < 1.66)
+    front = (
+        0.85 * (y + 0.047)
+        + 0.75 * (z - 1.674)
+        - 0.6 * (np.abs(x) - 0.06).clip(0, 0.03) * (1.66 - z).clip(0, 0.05) / 0.05
+    )
     return np.minimum(front, z - 1.535)
 
 
@@ -426,7 +429,11 @@ def _neighbour_mean(count: int, faces: np.ndarray) -> sp.csr_matrix:
 def _polish(implicit: Implicit, vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Even out marching cubes' slivers along the surface and bring every vertex onto the zero set."""
     opposite = opposite_half_edges(faces)
-    for _ in range(7):
+    for attempt in range(9):
+        if attempt == 4:
+            # The trunk and the limbs carry no detail: a third of the faces can go, and every frame is posed faster.
+            kept, faces = coarsen(faces, opposite, vertices, GRID * (0.35 + relative_size(vertices)), 0, FACES)
+            vertices, opposite = vertices[kept], opposite_half_edges(faces)
         flip_edges(faces, opposite, vertices, 3)
         normal = igl.per_vertex_normals(vertices, faces)
         pull = _neighbour_mean(len(vertices), faces) @ vertices - vertices

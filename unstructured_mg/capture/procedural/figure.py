@@ -7,8 +7,9 @@ import numpy as np
 
 from unstructured_mg import _native
 from unstructured_mg.capture.procedural.atlas import unwrap
-from unstructured_mg.capture.procedural.body import Body, reference_body
-from unstructured_mg.capture.procedural.motion import Action, Motion, choreograph
+from unstructured_mg.capture.procedural.body import Body, reference_body, relative_size
+from unstructured_mg.capture.procedural.choreography import Action
+from unstructured_mg.capture.procedural.motion import Motion, choreograph
 from unstructured_mg.capture.procedural.paint import paint
 from unstructured_mg.capture.procedural.remesh import opposite_half_edges, remesh
 from unstructured_mg.capture.procedural.skin import pose
@@ -53,7 +54,7 @@ class ProceduralCapture:
     Attributes
     ----------
     frames : number of frames, at least 1; a longer capture starts with the frames of a shorter one
-    faces : about how many faces a frame has (500 to 40,000)
+    faces : about how many faces a frame has (500 to 20,000)
     texture_size : texels along the texture's side, at least 64
     seed : chooses timing and size of the actions, connectivity and atlases
     """
@@ -64,7 +65,7 @@ class ProceduralCapture:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, low, high in (("frames", 1, 10**6), ("faces", 500, 40_000), ("texture_size", 64, 8192)):
+        for name, low, high in (("frames", 1, 10**6), ("faces", 500, 20_000), ("texture_size", 64, 8192)):
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f"{name}: expected {low}..{high}, got {value}")
@@ -126,15 +127,13 @@ def _resting() -> tuple[ClosestPoints, np.ndarray, np.ndarray]:
     """The resting body's closest-point tree, relative edge lengths and texel densities, made once a process."""
     if not _RESTING:
         body = reference_body()
-        x, _, z = body.vertices.T
-        head = 1 / (1 + np.exp(-(z - 1.50) / 0.012))
-        hand = 1 / (1 + np.exp(-(np.abs(x) - 0.55) / 0.010))
-        feet = 1 / (1 + np.exp((z - 0.10) / 0.015))
-        sizes = 1 - 0.50 * head - 0.60 * hand - 0.30 * feet
+        sizes = relative_size(body.vertices)
+        # The face is what people look at: it gets twice the texels.
+        density = 1 + 0.9 / (1 + np.exp(-(body.vertices[:, 2] - 1.50) / 0.012))
         # Relative lengths, scaled so that equilateral triangles of that size would cover the body with one face.
         per_face = (1 / sizes**2)[body.faces].mean(1) @ face_areas(body.vertices, body.faces)
         sizes *= np.sqrt(4 / np.sqrt(3) * per_face)
-        _RESTING.append((ClosestPoints(body.vertices, body.faces), sizes, 1 + 0.9 * head + 0.15 * hand))
+        _RESTING.append((ClosestPoints(body.vertices, body.faces), sizes, density))
     return _RESTING[0]
 
 

@@ -22,7 +22,7 @@ THREAD = np.array([212, 160, 88], np.float32)
 SHOE = np.array([206, 58, 52], np.float32)
 SOLE = np.array([244, 240, 232], np.float32)
 
-EDGE = 0.0012  # metres over which one colour turns into the next
+EDGE = 0.0030  # metres over which one colour turns into the next: about a texel of the trunk at 512 x 512
 
 
 def _over(colors: np.ndarray, color: np.ndarray, cover: np.ndarray) -> None:
@@ -65,7 +65,6 @@ def paint(points: np.ndarray, shade: np.ndarray) -> np.ndarray:
     outer = np.abs(x) > 0.3
     hem = hem_height(points)
     head = (z > 1.475) & ~outer
-    hairy = np.zeros(len(points), bool)
     bare = (neck_coordinate(points) > 0) | (arm > SLEEVE_END)
     legs = ~outer & (z < hem)
     shoes = legs & (z < CUFF)
@@ -77,7 +76,6 @@ def paint(points: np.ndarray, shade: np.ndarray) -> np.ndarray:
         chosen = np.flatnonzero(part)
         if len(chosen):
             colors[chosen] = brush(points[chosen])
-    del hairy
     light = 0.62 + 0.38 * np.clip(shade, 0, 1)
     return np.clip(np.round(colors * light.astype(np.float32)[:, None]), 0, 255).astype(np.uint8)
 
@@ -92,34 +90,33 @@ def _head(points: np.ndarray) -> np.ndarray:
     colors *= (1 + 0.012 * _noise(points, 90))[:, None]
     front = y < -0.02
     side = np.abs(x)
-    # Cheeks, lips, brows, eyes.
+    soft = 0.0016  # the face has twice the texels of the trunk
+    # Cheeks, lips, eyes under their lids, brows.
+    blush = np.exp(-((side - 0.048) ** 2 + (z - 1.588) ** 2) / 0.017**2)
+    _over(colors, np.array([232, 128, 108], np.float32), 0.42 * front * blush)
+    mouth = z - 1.5615 - 7.5 * x * x
+    corner = _edge(0.029 - side, soft)
     _over(
         colors,
-        np.array([232, 128, 108], np.float32),
-        0.42 * front * np.exp(-((side - 0.048) ** 2 + (z - 1.588) ** 2) / 0.017**2),
+        np.array([206, 104, 96], np.float32),
+        front * _edge(0.0062 - np.abs(mouth + 0.001) - 6 * x * x, soft) * corner,
     )
-    mouth = z - 1.5625 - 5.5 * x * x
-    smile = front * _edge(0.0034 - np.abs(mouth)) * _edge(0.026 - side)
-    _over(colors, np.array([150, 52, 52], np.float32), smile)
-    _over(
-        colors,
-        np.array([214, 116, 104], np.float32),
-        front * _edge(0.0045 - np.abs(mouth + 0.006)) * _edge(0.019 - side) * 0.8,
-    )
+    _over(colors, np.array([128, 40, 44], np.float32), front * _edge(0.0019 - np.abs(mouth), soft) * corner)
     eye_x, eye_z = side - 0.0335, z - 1.632
-    white = np.hypot(eye_x / 1.25, eye_z) - 0.0118
-    _over(colors, np.array([120, 74, 58], np.float32), front * _edge(0.0022 - white, 0.002))
-    _over(colors, np.array([250, 250, 248], np.float32), front * _edge(-white))
-    iris = np.hypot(eye_x, eye_z + 0.0004)
-    _over(colors, np.array([58, 104, 74], np.float32), front * _edge(0.0078 - iris))
-    _over(colors, np.array([22, 20, 24], np.float32), front * _edge(0.0042 - iris))
-    _over(
-        colors,
-        np.array([255, 255, 255], np.float32),
-        front * _edge(0.0021 - np.hypot(side - 0.0335 - np.sign(x) * 0.003, eye_z - 0.003)),
-    )
-    brow = z - 1.6555 + 9.0 * (side - 0.034) ** 2
-    _over(colors, HAIR * 0.8, front * _edge(0.0034 - np.abs(brow)) * _edge(0.0175 - np.abs(side - 0.034)))
+    white = np.hypot(eye_x / 1.3, eye_z) - 0.0112
+    lid = eye_z - 0.0072 + 14 * eye_x * eye_x
+    opened = front * _edge(-lid, soft)
+    _over(colors, np.array([176, 118, 92], np.float32), front * _edge(0.0018 - white, soft))
+    _over(colors, np.array([248, 247, 243], np.float32), opened * _edge(-white, soft))
+    iris = np.hypot(eye_x, eye_z + 0.0006)
+    _over(colors, np.array([62, 100, 70], np.float32), opened * _edge(0.0074 - iris, soft))
+    _over(colors, np.array([22, 20, 24], np.float32), opened * _edge(0.0040 - iris, soft))
+    glint = np.hypot(side - 0.0335 - np.sign(x) * 0.0026, eye_z - 0.0022)
+    _over(colors, np.array([255, 255, 255], np.float32), opened * _edge(0.0020 - glint, soft))
+    lash = _edge(0.0013 - np.abs(lid), soft) * _edge(0.0155 - np.abs(eye_x), soft)
+    _over(colors, np.array([62, 36, 26], np.float32), front * lash)
+    brow = z - 1.6560 + 9.0 * (side - 0.034) ** 2
+    _over(colors, HAIR * 0.8, front * _edge(0.0030 - np.abs(brow), soft) * _edge(0.0175 - np.abs(side - 0.034), soft))
     strands = (
         1 + 0.16 * np.sin(230 * x + 90 * y + 4 * np.sin(40 * z)) * np.sin(60 * z + 35 * y) + 0.10 * _noise(points, 60)
     )

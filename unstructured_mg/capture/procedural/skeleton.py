@@ -77,12 +77,18 @@ def chain(local: dict[str, np.ndarray], root: np.ndarray) -> tuple[np.ndarray, n
 
 
 def place_leg(
-    rotations: np.ndarray, positions: np.ndarray, side: str, ankle: np.ndarray, foot: np.ndarray, pole: np.ndarray
+    rotations: np.ndarray,
+    positions: np.ndarray,
+    side: str,
+    ankle: np.ndarray,
+    foot: np.ndarray,
+    toes: np.ndarray,
+    pole: np.ndarray,
 ) -> None:
-    """Bend one leg, in place, so that its ankle is at ``ankle`` (frames, 3) with the foot turned by ``foot``.
+    """Bend one leg, in place, so that its ankle is at ``ankle`` (frames, 3).
 
-    ``pole`` (frames, 3) is where the knee points to. The hip's place is kept; where the ankle is out of reach the leg
-    is stretched in its direction only as far as it goes.
+    ``foot`` and ``toes`` (frames, 3, 3) are their rotations. ``pole`` (frames, 3) is where the knee points to. The hip's
+    place is kept; where the ankle is out of reach the leg is stretched in its direction only as far as it goes.
     """
     hip, knee, end, toe = (INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle", "toe"))
     thigh, shin = np.linalg.norm(REST[knee] - REST[hip]), np.linalg.norm(REST[end] - REST[knee])
@@ -102,7 +108,7 @@ def place_leg(
     ):
         rotations[:, joint] = _frame(head - tail, side_way) @ _frame(rest_vector[None], rest_pole[None])[0].T
         positions[:, joint] = tail
-    rotations[:, end] = rotations[:, toe] = foot
+    rotations[:, end], rotations[:, toe] = foot, toes
     positions[:, end] = stop
     positions[:, toe] = stop + foot @ (REST[toe] - REST[end])
 
