@@ -1,6 +1,6 @@
 """What the procedural figure does: actions written as keys of a few control channels and as footfalls.
 
-Sizes and timings are drawn from a seeded generator, so that repeats are alike and not equal. Between any two actions the
+Sizes and timings are drawn from a seeded generator: repeats are alike and not equal. Between any two actions the
 figure stands.
 """
 
@@ -63,7 +63,7 @@ class Footfall:
 
 @dataclass
 class Script:
-    """Keys (frame, value) of every channel and falls of both feet; ``place``, ``yaw`` and ``time`` are where it has got to."""
+    """Keys (frame, value) of every channel and falls of both feet; place, yaw and time are where it has got to."""
 
     keys: dict[str, list[tuple[float, float]]]
     feet: dict[str, list[Footfall]]

@@ -87,8 +87,8 @@ def place_leg(
 ) -> None:
     """Bend one leg, in place, so that its ankle is at ``ankle`` (frames, 3).
 
-    ``foot`` and ``toes`` (frames, 3, 3) are their rotations. ``pole`` (frames, 3) is where the knee points to. The hip's
-    place is kept; where the ankle is out of reach the leg is stretched in its direction only as far as it goes.
+    ``foot`` and ``toes`` (frames, 3, 3) are their rotations. ``pole`` (frames, 3) is where the knee points to. The hip
+    keeps its place; where the ankle is out of reach the leg is stretched in its direction only as far as it goes.
     """
     hip, knee, end, toe = (INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle", "toe"))
     thigh, shin = np.linalg.norm(REST[knee] - REST[hip]), np.linalg.norm(REST[end] - REST[knee])
