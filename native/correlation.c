@@ -19,8 +19,15 @@ static PyObject *window_diagonals(PyObject *self, PyObject *args) {
     Py_buffer values, weights, windowed;
     if (umg_buffer(weights_object, &weights, 'f', -1, 0, "weights") < 0)
         return NULL;
+    /* No array has more rows or columns than this, and the products below cannot overflow. */
+    const Py_ssize_t most = INT32_MAX / 4;
+    if (rows < 0 || columns < 0 || rows > most || columns > most || weights.len / 4 > most) {
+        PyErr_Format(PyExc_ValueError, "rows, columns: expected 0 to %zd, got %zd and %zd", most, rows, columns);
+        PyBuffer_Release(&weights);
+        return NULL;
+    }
     Py_ssize_t count = weights.len / 4, wide = columns + count - 1;
-    if (rows < 0 || columns < 0 || umg_buffer(values_object, &values, 'f', 2 * (rows + count - 1) * wide, 0, "values") < 0) {
+    if (umg_buffer(values_object, &values, 'f', 2 * (rows + count - 1) * wide, 0, "values") < 0) {
         PyBuffer_Release(&weights);
         return NULL;
     }
