@@ -103,3 +103,17 @@ def test_the_cylinder_holds_every_frame_and_no_debris():
 def test_a_surface_without_area_is_refused():
     with pytest.raises(ValueError, match="mesh: expected a surface"):
         extent(TexturedMesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)))
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "named"),
+    [
+        (np.full((3, 3), np.nan), [[0, 1, 2]], "vertices"),
+        (np.eye(3), [[0, 1, 3]], "faces"),
+        (np.eye(3), [[-1, 1, 2]], "faces"),
+        (np.eye(3), np.zeros((0, 3)), "faces"),
+    ],
+)
+def test_what_would_crash_is_named(vertices, faces, named):
+    with pytest.raises(ValueError, match=f"{named}: expected"):
+        sample(vertices, np.array(faces, np.int32), Cylinder(16, 32, 64, 0.05, -0.1, 0.04))
