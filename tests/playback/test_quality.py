@@ -56,9 +56,18 @@ def test_what_could_not_be_measured_is_said():
 
 def test_any_measures_become_rows():
     assert plain_rows(
-        {"hausdorff_m": 0.183, "seams": {"start": 0.5, "end_m": None}, "steps": [1, 2], "method": "a_b"}
+        {
+            "hausdorff_m": 0.183,
+            "end_surface_m": 0.02,
+            "end_surface": 2.5,
+            "seams": {"start": 0.5, "end_m": None},
+            "steps": [1, 2],
+            "method": "a_b",
+        }
     ) == [
         QualityRow("hausdorff", "183 mm"),
+        QualityRow("end surface", "20 mm"),
+        QualityRow("end surface", "2.5 ×"),
         QualityRow("seams: start", "0.5"),
         QualityRow("seams: end", "not measured"),
         QualityRow("steps", "1, 2"),

@@ -4,7 +4,7 @@ from memory_capture import box
 
 from unstructured_mg.playback.camera import fit_camera
 from unstructured_mg.playback.render import drawable_frame
-from unstructured_mg.playback.stage import BACKDROP, stage
+from unstructured_mg.playback.stage import BACKDROP, Stage
 
 
 @pytest.mark.parametrize("field_of_view", [0.0, 0.5])
@@ -13,7 +13,7 @@ def test_grid_lines_lie_on_multiples_of_half_a_metre_on_the_floor(field_of_view)
     camera = fit_camera(
         [corners], height=400, width=400, azimuth=-np.pi / 2, elevation=1.2, field_of_view=field_of_view
     )
-    picture = stage(camera, drawable_frame(box((0, 0, 0), at=(9, 9, 5))), np.zeros(2))
+    picture = Stage.of(camera, np.zeros(2)).under(drawable_frame(box((0, 0, 0), at=(9, 9, 5))))
 
     def brightness(points):
         projected = camera.project(np.array(points, float))
@@ -29,7 +29,8 @@ def test_grid_lines_lie_on_multiples_of_half_a_metre_on_the_floor(field_of_view)
 def test_the_floor_is_darkest_under_the_feet_and_the_sky_is_plain():
     low, high = (drawable_frame(box((0, 0, 0), at=(0, 0, height))) for height in (0.0, 1.0))
     camera = fit_camera([low.vertices, high.vertices], height=300, width=300, azimuth=-np.pi / 2, elevation=0.15)
-    standing, jumping = stage(camera, low, np.zeros(2)), stage(camera, high, np.zeros(2))
+    stage = Stage.of(camera, np.zeros(2))
+    standing, jumping = stage.under(low), stage.under(high)
     projected = camera.project(np.array([[0.1, -0.1, 0.0]]))[0]
     column, row = (projected[:2] / projected[3]).astype(int)
     assert standing[row, column].sum() < 0.5 * sum(BACKDROP)

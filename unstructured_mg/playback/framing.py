@@ -12,7 +12,7 @@ from unstructured_mg.playback.camera import Camera, fit_camera, view_rotation
 from unstructured_mg.playback.facing import facing
 from unstructured_mg.playback.pictures import Picture
 from unstructured_mg.playback.render import Drawable, render
-from unstructured_mg.playback.stage import stage
+from unstructured_mg.playback.stage import Stage
 
 # A quarter off the figure's front, a little from above.
 AZIMUTH_OFFSET, ELEVATION = np.radians(-22.0), np.radians(9.0)
@@ -72,7 +72,8 @@ class Framing:
 
     def draw(self, drawables: Sequence[Drawable], camera: Camera) -> list[np.ndarray]:
         """A picture of each mesh on the stage."""
-        return [render(each, camera, background=stage(camera, each, self.centre)).image for each in drawables]
+        stage = Stage.of(camera, self.centre)
+        return [render(each, camera, background=stage.under(each)).image for each in drawables]
 
     def _fit(self, points: Sequence[np.ndarray], height: int, width: int) -> Camera:
         return fit_camera(points, height=height, width=width, azimuth=self.azimuth, elevation=ELEVATION)

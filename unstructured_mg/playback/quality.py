@@ -68,7 +68,11 @@ def quality_rows(card: Mapping[str, Any], limits: SynthesisOptions) -> list[Qual
 
 
 def plain_rows(measures: Mapping[str, Any], group: str = "") -> list[QualityRow]:
-    """Rows of measures by their keys; one that ends in ``_m`` is in metres, a group's name goes before its own."""
+    """Rows of measures by their keys; a group's name goes before its measures' names.
+
+    A key that ends in ``_m`` is in metres; one that stands beside the same key with ``_m`` is a ratio to the capture's
+    own.
+    """
     rows: list[QualityRow] = []
     for key, value in measures.items():
         name = group + key.removesuffix("_m").replace("_", " ")
@@ -76,6 +80,8 @@ def plain_rows(measures: Mapping[str, Any], group: str = "") -> list[QualityRow]
             rows += plain_rows(value, f"{name}: ")
         elif key.endswith("_m") and isinstance(value, int | float):
             rows.append(QualityRow(name, length(value)))
+        elif f"{key}_m" in measures and isinstance(value, int | float):
+            rows.append(QualityRow(name, _times(value)))
         else:
             rows.append(QualityRow(name, _plain(value)))
     return rows

@@ -330,7 +330,7 @@ def _refused(data: ReportData) -> str:
     for pair in refusals:
         rows = [[_cell(row.name, "th"), _figure(row.value)] for row in plain_rows(pair.measures)]
         numbers = f'<p class="numbers">{_candidate_numbers(pair.candidate)}; refused in {escape(pair.stage)}</p>'
-        table = _table("", [], rows) if rows else ""
+        table = f"<details><summary>numbers</summary>{_table('', [], rows)}</details>" if rows else ""
         anchor = f"pair-{pair.candidate.source}-{pair.candidate.target}"
         cards.append(_pair_card(data, pair.candidate, f"<p>{escape(pair.reason)}</p>{numbers}{table}", anchor))
     return f'<h2 id="refused">Refused pairs</h2>\n<div class="pairs">{"".join(cards)}</div>\n'

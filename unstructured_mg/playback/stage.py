@@ -1,5 +1,7 @@
 """The ground under a rendered figure: a faint grid that shows sliding feet, and a soft shadow that shows contact."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
@@ -12,26 +14,41 @@ BACKDROP = (224, 227, 231)
 GRID, RADIUS, CELL, FADE = 0.5, 2.0, 0.02, 0.12
 
 
-def stage(camera: Camera, figure: Drawable, centre: np.ndarray) -> np.ndarray:
-    """The backdrop for a figure: (height, width, 3) uint8, to be drawn over by `render`.
+@dataclass(frozen=True)
+class Stage:
+    """The ground as one camera sees it; only the shadow differs from figure to figure.
 
-    The shadow is soft and straight below the figure: the surface darkens the floor less, the higher it is.
-
-    Parameters
+    Attributes
     ----------
-    camera : as for the figure
-    figure : what stands on the floor at z = 0
-    centre : (2,) where on the floor the grid fades out around: the same for all pictures that are compared
+    light : (height, width) float64, the share of the backdrop's light that the empty ground leaves
+    floor : (height, width, 2) float64, metres: where on the floor each pixel looks
+    visible : (height, width) bool, the pixels that look at the floor near the figure
     """
-    light = np.ones((camera.height, camera.width))
-    down, floor = _floor_points(camera)
-    x, y = floor[..., 0], floor[..., 1]
-    fade = np.where(down, np.clip(1 - np.hypot(x - centre[0], y - centre[1]) / RADIUS, 0, 1) ** 0.7, 0)
-    if fade.any():
-        line = np.maximum(_line_share(x), _line_share(y))
-        light = light - fade * (0.035 + 0.16 * line)
-        light *= 1 - 0.7 * np.where(down, _shadow(figure, x, y), 0)
-    return np.rint(light[..., None] * np.array(BACKDROP, np.float64)).astype(np.uint8)
+
+    light: np.ndarray
+    floor: np.ndarray
+    visible: np.ndarray
+
+    @classmethod
+    def of(cls, camera: Camera, centre: np.ndarray) -> "Stage":
+        """The ground for ``camera``, with a grid that fades out around ``centre`` (2,)."""
+        down, floor = _floor_points(camera)
+        away = np.hypot(floor[..., 0] - centre[0], floor[..., 1] - centre[1])
+        fade = np.where(down, np.clip(1 - away / RADIUS, 0, 1) ** 0.7, 0)
+        line = np.maximum(_line_share(floor[..., 0]), _line_share(floor[..., 1]))
+        return cls(1 - fade * (0.035 + 0.16 * line), floor, fade > 0)
+
+    def under(self, figure: Drawable) -> np.ndarray:
+        """The backdrop for a figure that stands on the floor at z = 0: (height, width, 3) uint8, to be drawn over.
+
+        The shadow is soft and straight below the figure: the surface darkens the floor less, the higher it is.
+        """
+        light = self.light
+        if self.visible.any():
+            light = light * (
+                1 - 0.7 * np.where(self.visible, _shadow(figure, self.floor[..., 0], self.floor[..., 1]), 0)
+            )
+        return np.rint(light[..., None] * np.array(BACKDROP, np.float64)).astype(np.uint8)
 
 
 def _floor_points(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
