@@ -1,7 +1,7 @@
 import numpy as np
 from memory_capture import memory_capture
 
-from unstructured_mg.playback.frame_axis import frame_axis
+from unstructured_mg.playback.frame_axis import frame_axis, frame_ticks
 
 
 def test_frames_keep_their_distance_and_clips_and_gaps_open_up():
@@ -14,14 +14,19 @@ def test_frames_keep_their_distance_and_clips_and_gaps_open_up():
     np.testing.assert_allclose([axis.x[0] - axis.pitch / 2, axis.x[-1] + axis.pitch / 2], [100, 900])
     assert axis.runs == (range(0, 3), range(3, 5), range(5, 10))
     assert axis.clips == (("a", 0, 4), ("b", 5, 9))
-    assert axis.ids[3] == "a:7" and axis.numbers[3] == "7"
+    assert axis.ids[3] == "a:7"
 
 
-def test_ticks_name_the_frames_under_them():
-    axis = frame_axis(memory_capture([("a", 10 + n) for n in range(95)]), 0.0, 950.0)
-    text = "".join(axis.draw(50.0))
-    for number in (10, 20, 90, 104):
-        x = 10 * (number - 10) + 5
+def test_ticks_name_the_frames_above_them():
+    capture = memory_capture([("a", 13 + n) for n in range(95)])
+    text = "".join(frame_axis(capture, 0.0, 950.0).draw(50.0))
+    for number in (20, 30, 100):
+        x = 10 * (number - 13) + 5
         assert f'x="{x}" y="68" text-anchor="middle">{number}<' in text
-    # 100 would touch the last frame's number.
-    assert ">100<" not in text
+
+
+def test_ticks_are_round_frame_numbers_and_every_clip_has_one():
+    capture = memory_capture([("a", n) for n in range(95, 143) if n != 110] + [("b", 3), ("b", 4)])
+    ticks = frame_ticks(capture)
+    assert [number for _, number in ticks] == ["95", "100", "105", "115", "120", "125", "130", "135", "140", "3"]
+    assert all(str(capture.frames[index].number) == number for index, number in ticks)

@@ -14,36 +14,42 @@ class FrameAxis:
 
     Attributes
     ----------
+    capture : whose frames they are
     x : (n,) float64 plot coordinates
     pitch : width of one frame
     runs : frames that follow each other without a gap
     clips : (name, first frame index, last frame index)
     ids : frame ids
-    numbers : frame ids without their clip
     """
+
+    capture: Capture
 
     x: np.ndarray
     pitch: float
     runs: tuple[range, ...]
     clips: tuple[tuple[str, int, int], ...]
     ids: tuple[str, ...]
-    numbers: tuple[str, ...]
 
-    def draw(self, y: float, about: int = 10) -> list[str]:
+    def draw(self, y: float) -> list[str]:
         """Ticks with frame numbers below ``y``, and the clips' names where there are several."""
         parts = []
-        count = len(self.x)
-        step = _round_step(count / about)
-        for name, first, last in self.clips:
-            ticks = [first + offset for offset in range(0, last - first + 1, step)]
-            if len(ticks) > 1 and last - ticks[-1] < 0.6 * step:
-                ticks.pop()
-            for index in (*ticks, last) if last > first else ticks:
-                parts.append(line(self.x[index], y, self.x[index], y + 5, "axis"))
-                parts.append(label(self.x[index], y + 18, self.numbers[index]))
-            if len(self.clips) > 1:
-                parts.append(label((self.x[first] + self.x[last]) / 2, y + 36, name, "clip"))
+        for index, number in frame_ticks(self.capture):
+            parts.append(line(self.x[index], y, self.x[index], y + 5, "axis"))
+            parts.append(label(self.x[index], y + 18, number))
+        if len(self.clips) > 1:
+            parts += [label((self.x[a] + self.x[b]) / 2, y + 36, name, "clip") for name, a, b in self.clips]
         return parts
+
+
+def frame_ticks(capture: Capture, about: int = 14) -> list[tuple[int, str]]:
+    """Frame indices to mark on an axis, with their numbers: round ones, or the first of a clip that has none."""
+    step = _round_step(len(capture) / about)
+    frames = capture.frames
+    ticks = [(i, str(frame.number)) for i, frame in enumerate(frames) if frame.number % step == 0]
+    marked = {frames[i].clip for i, _ in ticks}
+    firsts = {frame.clip: i for i, frame in reversed(list(enumerate(frames)))}
+    ticks += [(i, str(frames[i].number)) for clip, i in firsts.items() if clip not in marked]
+    return sorted(ticks)
 
 
 def frame_axis(capture: Capture, left: float, right: float) -> FrameAxis:
@@ -65,8 +71,7 @@ def frame_axis(capture: Capture, left: float, right: float) -> FrameAxis:
             clips.append((clip, index, index))
         clips[-1] = (clip, clips[-1][1], index)
     ids = tuple(capture.frame_id(index) for index in range(len(capture)))
-    numbers = tuple(str(frame.number) for frame in capture.frames)
-    return FrameAxis(left + pitch * (position + 0.5), pitch, runs, tuple(clips), ids, numbers)
+    return FrameAxis(capture, left + pitch * (position + 0.5), pitch, runs, tuple(clips), ids)
 
 
 def _round_step(least: float) -> int:

@@ -9,6 +9,7 @@ from PIL import Image
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.playback.colormap import COLORS, color_map
+from unstructured_mg.playback.frame_axis import frame_ticks
 from unstructured_mg.playback.report_data import PairOutcome
 from unstructured_mg.playback.svg import at, data_uri, figure, label, length, line, round_steps
 
@@ -56,18 +57,21 @@ def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int
         if frames[index].clip != frames[index - 1].clip:
             x, y = place(index - 0.5, index - 0.5)
             parts += [line(x, 8, x, bottom, "cut"), line(MARGIN, y, right, y, "cut")]
-    step = max(1, int(round_steps(n, 8)[1])) if n > 1 else 1
-    for index in range(0, n, step):
+    for index, text in frame_ticks(capture):
         x, y = place(index, index)
-        parts += [line(x, bottom, x, bottom + 5, "axis"), label(x, bottom + 18, str(frames[index].number))]
-        parts += [
-            line(MARGIN - 5, y, MARGIN, y, "axis"),
-            label(MARGIN - 8, y + 4, str(frames[index].number), "tick", "end"),
-        ]
+        parts += [line(x, bottom, x, bottom + 5, "axis"), label(x, bottom + 18, text)]
+        parts += [line(MARGIN - 5, y, MARGIN, y, "axis"), label(MARGIN - 8, y + 4, text, "tick", "end")]
+    clips = [frame.clip for frame in frames]
+    if len(set(clips)) > 1:
+        for clip in dict.fromkeys(clips):
+            x, _ = place(0, (clips.index(clip) + n - 1 - clips[::-1].index(clip)) / 2)
+            parts.append(label(x, bottom + 38, clip, "clip"))
     for pair in sorted(pairs, key=lambda pair: pair.status == "kept"):
         parts.append(_mark(capture, pair, *place(pair.candidate.source, pair.candidate.target)))
     parts += _scale(right + 26, 8, SIDE, highest, threshold)
-    return figure(right + 118, bottom + 28, "Dissimilarity of all pairs of frames", parts)
+    return figure(
+        right + 118, bottom + (48 if len(set(clips)) > 1 else 28), "Dissimilarity of all pairs of frames", parts
+    )
 
 
 def _png(scores: np.ndarray, highest: float) -> bytes:

@@ -25,7 +25,7 @@ def _levels(value: float) -> str:
 
 
 def _times(value: float) -> str:
-    return f"{number(value)} ×"
+    return f"{value:.3g} ×"
 
 
 # Name, format and the option that limits it.
@@ -92,8 +92,8 @@ def _jump(name: str, seam: Mapping[str, Any], key: str, limits: SynthesisOptions
     ratio, size = seam[key], seam[f"{key}_m"]
     largest, floor = getattr(limits, f"{key}_jump"), getattr(limits, f"{key}_jump_floor")
     good = size <= floor or (ratio is not None and ratio <= largest)
-    value = length(size) if ratio is None else f"{number(ratio)} × ({length(size)})"
-    return QualityRow(name, value, f"{number(largest)} × or {length(floor)}", GOOD if good else POOR)
+    value = length(size) if ratio is None else f"{_times(ratio)} ({length(size)})"
+    return QualityRow(name, value, f"{_times(largest)} or {length(floor)}", GOOD if good else POOR)
 
 
 def _limited(name: str, value: Any, text: Callable[[Any], str], limit: float | None) -> QualityRow:

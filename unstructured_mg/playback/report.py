@@ -16,7 +16,7 @@ from unstructured_mg.playback.plot_timeline import plot_timeline
 from unstructured_mg.playback.plot_visits import plot_visits
 from unstructured_mg.playback.quality import plain_rows, quality_rows
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
-from unstructured_mg.playback.svg import data_uri, length, number
+from unstructured_mg.playback.svg import data_uri, length, number, percent
 
 # Pixels: the playing film beside the tables.
 FILM_WIDTH = 170
@@ -205,7 +205,7 @@ def _visits(data: ReportData) -> str:
     plot = plot_visits(data.capture, data.covered, data.visiting_before, data.visiting_after)
     return (
         "<h3>Visits</h3><p>How often an endless random walk shows each captured frame, in multiples of an even share. "
-        f"The mean distance from an even share is {number(before)} with even choices and {number(after)} with the "
+        f"The mean distance from an even share is {percent(before)} with even choices and {percent(after)} with the "
         f"chosen probabilities.</p>{notes}"
         f'<div class="card"><div class="scroll">{plot}</div><ul class="key">'
         '<li><i style="color:var(--accent)" class="dash"></i>even share</li>'
