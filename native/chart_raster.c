@@ -122,7 +122,7 @@ static PyObject *find_overlaps(PyObject *self, PyObject *args) {
         for (int marking = 0; marking < 2 && !clash[f]; marking++)
             for (Py_ssize_t y = s.top; y <= s.bottom; y++) {
                 Py_ssize_t first, last;
-                span(&s, y, 1e-4, &first, &last); /* a texel on a common edge belongs to both */
+                span(&s, y, 1e-3, &first, &last); /* a texel on a common edge belongs to both */
                 uint8_t *row = used + y * width;
                 for (Py_ssize_t x = first; x <= last; x++)
                     if (marking)
