@@ -96,7 +96,7 @@ def test_yaw_is_found_within_a_degree_between_grid_angles_on_other_meshes(tmp_pa
             for vertices, faces in (figure(0.3 * i, seed=50 + 7 * i + number) for i in range(5))
         ]
         clips.append((f"turned {number}", range(5)))
-    found = compute_dissimilarity(ArrayCapture(meshes, clips=clips), MatchingOptions(k=2), scratch=tmp_path)
+    found = compute_dissimilarity(ArrayCapture(meshes, clips=clips), QUICK, scratch=tmp_path)
     centres = 5 * np.arange(1, 13) + 2
     error = np.degrees(np.abs((found.yaw[2, centres] - turns + np.pi) % (2 * np.pi) - np.pi))
     assert error.max() < 0.2
@@ -175,7 +175,7 @@ def test_real_frames_turned_and_cut_otherwise(tmp_path):
     order = np.random.default_rng(0)
     turned = [(motion.apply(v), np.ascontiguousarray(order.permutation(f)[:, [1, 2, 0]])) for v, f in meshes]
     capture = ArrayCapture(meshes + turned, clips=[("as it is", range(9)), ("turned", range(9))])
-    result = compute_dissimilarity(capture, MatchingOptions(k=2), scratch=tmp_path)
+    result = compute_dissimilarity(capture, QUICK, scratch=tmp_path)
     pairs = np.arange(2, 7), np.arange(11, 16)
     assert np.abs(np.degrees(result.yaw[pairs] + turn)).max() < 0.2
     assert result.scores[pairs].max() < 1e-3
