@@ -4,11 +4,13 @@ from dataclasses import asdict
 import pytest
 
 from unstructured_mg.synthesis.options import SynthesisOptions
+from unstructured_mg.synthesis.texture_options import TextureOptions
 
 
 def test_they_survive_json():
-    options = SynthesisOptions(blend="poisson", foot_slide=0.1)
-    assert SynthesisOptions(**json.loads(json.dumps(asdict(options)))) == options
+    options = SynthesisOptions(blend="poisson", foot_slide=0.1, texturing=TextureOptions(levels=3))
+    found = json.loads(json.dumps(asdict(options)))
+    assert SynthesisOptions(**found | {"texturing": TextureOptions(**found["texturing"])}) == options
 
 
 @pytest.mark.parametrize(

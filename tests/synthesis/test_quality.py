@@ -15,17 +15,7 @@ def card_of(pair, options, jumps=(0.0, 0.0), change=1.0):
     first, second = windows_of(pair, PlanarRigid(), False)
     steps = blend_postures(pair, PlanarRigid(), options, False)
     weights = WEIGHTS[options.weights](pair.k)
-    return quality.quality_card(steps, first, second, weights, pair.faces, pair.tets, jumps, change, {})
-
-
-def test_distance_between_spheres_is_the_difference_of_their_radii():
-    ball = trimesh.creation.icosphere(subdivisions=4)
-    faces = np.asarray(ball.faces, np.int32)
-    debris = np.array([[50.0, 0, 0], [50.001, 0, 0], [50, 0.001, 0]])
-    vertices = np.concatenate([ball.vertices, debris])
-    with_debris = np.concatenate([faces, [[len(ball.vertices), len(ball.vertices) + 1, len(ball.vertices) + 2]]])
-    found = quality.surface_distance(vertices, with_debris.astype(np.int32), 1.1 * ball.vertices, faces)
-    np.testing.assert_allclose(found, 0.1, rtol=0.02)
+    return quality.quality_card(steps, first, second, weights, pair.faces, pair.tets, jumps, change)
 
 
 def test_volume_of_a_sphere_and_of_an_open_one():
@@ -105,11 +95,24 @@ def test_turned_out_cells_are_counted_where_both_frames_are_sound():
             {"start": {"surface": 1.6, "surface_m": 0.1, "velocity": 0.0, "velocity_m": 0.0}},
             "surface jumps at its start",
         ),
-        ({"end": {"surface": 0.0, "surface_m": 0.0, "velocity": None, "velocity_m": 0.1}}, "still"),
+        ({"end": {"velocity": None, "velocity_m": 0.1}}, "still"),
+        ({"end": {"colour": 1.6, "colour_levels": 20.0}}, "colour jumps at its end by 20.0 grey levels"),
+        ({"texture": {"sharpness": 0.2}}, "sharp"),
     ],
 )
 def test_each_threshold_refuses(change, word):
     angles = np.linspace(0, 0.6, 7)
-    card = card_of(bending_pair(3, angles, angles), SynthesisOptions()) | change
+    card = card_of(bending_pair(3, angles, angles), SynthesisOptions())
+    for key, value in change.items():
+        card[key] = card[key] | value if isinstance(value, dict) else value
     clauses = quality.objections(card, SynthesisOptions())
     assert len(clauses) == 1 and word in clauses[0]
+
+
+def test_colour_is_measured_against_the_captures_own_change():
+    angles = np.linspace(0, 0.6, 7)
+    bare = card_of(bending_pair(3, angles, angles), SynthesisOptions())
+    card = quality.with_texture(bare, 4.0, {"seam_color_start": 6.0, "seam_color_end": 1.0, "sharpness": 0.9})
+    assert (card["start"]["colour"], card["end"]["colour"]) == (1.5, 0.25)
+    assert card["texture"]["sharpness"] == 0.9 and card["colour_change_levels"] == 4.0
+    assert quality.with_texture(bare, None, {})["start"]["colour"] is None

@@ -1,5 +1,8 @@
+import dataclasses
+
 import numpy as np
 import pytest
+from textured_pairs import ArrayTexture, pattern
 from toy_pair import bending_pair
 
 from unstructured_mg.capture.mesh import TexturedMesh
@@ -7,8 +10,30 @@ from unstructured_mg.errors import Refusal
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.synthesis.options import SynthesisOptions
 from unstructured_mg.synthesis.synthesize import synthesize
+from unstructured_mg.synthesis.texture_options import TextureOptions
 
 ALONE = SynthesisOptions(texture="none")
+COARSE = TextureOptions(edge_length=0.03, levels=3)
+
+
+class PaintedCapture:
+    """Frames as tracked, painted front and back."""
+
+    def __init__(self, pair):
+        self.pair = pair
+        place = np.stack(np.meshgrid(np.linspace(0, 2, 128), np.linspace(1, 0, 64)), axis=-1)
+        self.image = pattern(place, finest=15)
+        rest = pair.vertices[0][pair.faces]
+        behind = np.cross(rest[:, 1] - rest[:, 0], rest[:, 2] - rest[:, 0])[:, 0] < 0
+        self.uv = np.stack([0.25 + 2 * rest[:, :, 1] + 0.5 * behind[:, None], 0.02 + 0.96 * rest[:, :, 2]], axis=-1)
+
+    def read(self, index):
+        position = int(np.flatnonzero(self.pair.frames == index)[0])
+        texture = ArrayTexture(self.image.astype(np.uint8))
+        face_uv = np.arange(self.pair.faces.size, dtype=np.int32).reshape(-1, 3)
+        return TexturedMesh(
+            self.pair.vertices[position], self.pair.faces, self.uv.reshape(-1, 2), face_uv, textures=(texture,)
+        )
 
 
 class TrackedCapture:
@@ -68,7 +93,7 @@ def test_a_pair_that_does_not_fit_is_refused_with_its_numbers():
     pair = bending_pair(4, still, still + 1.5)
     refusal = synthesize(TrackedCapture(pair), pair, ALONE)
     assert isinstance(refusal, Refusal) and refusal.stage == "synthesis"
-    assert refusal.reason.startswith("On the way over, the surface jumps at its start by")
+    assert refusal.reason.startswith("on the way over the surface jumps at its start by")
     assert "the velocity jumps at its end" in refusal.reason and "feet slide" in refusal.reason
     assert refusal.measures["start_velocity_m"] > 0
     assert all(isinstance(value, float) for value in refusal.measures.values())
@@ -77,3 +102,28 @@ def test_a_pair_that_does_not_fit_is_refused_with_its_numbers():
 def test_a_window_needs_an_inside():
     with pytest.raises(ValueError, match="k"):
         synthesize(TrackedCapture(swaying_pair()), bending_pair(1), ALONE)
+
+
+def test_textures_come_with_the_frames_and_their_measures_with_the_card():
+    pair = swaying_pair()
+    capture = PaintedCapture(pair)
+    pair = dataclasses.replace(pair, uv=capture.uv.reshape(-1, 2), face_uv=capture.read(0).face_uv)
+    for method in ("flow", "crossfade"):
+        over, back = synthesize(capture, pair, SynthesisOptions(texture=method, texturing=COARSE))
+        for transition in (over, back):
+            assert len(transition.textures) == len(transition.vertices) == 7
+            assert transition.face_uv.shape == pair.faces.shape
+            assert transition.face_uv.max() < len(transition.uv)
+            assert transition.card["texture"]["sharpness"] > 0.8
+            assert transition.card["start"]["colour_levels"] < 4
+
+
+def test_a_seam_that_changes_colour_more_than_the_capture_is_refused():
+    """Strict to a hundredth of a grey level, which no atlas made anew can meet."""
+    pair = swaying_pair()
+    capture = PaintedCapture(pair)
+    pair = dataclasses.replace(pair, uv=capture.uv.reshape(-1, 2), face_uv=capture.read(0).face_uv)
+    refusal = synthesize(capture, pair, SynthesisOptions(colour_jump=0.0, colour_jump_floor=0.01, texturing=COARSE))
+    assert isinstance(refusal, Refusal)
+    assert "the colour jumps at its start" in refusal.reason
+    assert refusal.measures["texture_sharpness"] > 0

@@ -1,6 +1,8 @@
 """Options of the synthesis room."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from unstructured_mg.synthesis.texture_options import TextureOptions
 
 BLEND_NAMES = ("volumetric_arap", "surface_arap", "poisson", "linear")
 WEIGHT_NAMES = ("cubic", "linear")
@@ -19,6 +21,7 @@ class SynthesisOptions:
     Texture
     -------
     texture : "flow" (P 6.3), "crossfade" or "none"
+    texturing : the texture's own options; their ``method`` is what ``texture`` says
 
     What is refused. A jump is a ratio: the change at a seam over the capture's own largest change inside the two
     windows, so that 1 is what a viewer of the capture sees anyway.
@@ -27,25 +30,30 @@ class SynthesisOptions:
     surface_jump_floor : metres; a smaller change of surface is never refused
     velocity_jump : largest ratio of the change of velocity at a seam
     velocity_jump_floor : metres a frame; a smaller change of velocity is never refused
-    colour_jump : largest ratio of the change of mean colour at a seam
+    colour_jump : largest ratio of the mean change of colour at a seam
+    colour_jump_floor : sRGB grey levels; a smaller mean change of colour is never refused
     volume_drift : largest share by which a frame's volume leaves the line between its ends' volumes
     inverted_tets : largest number of cage cells that are turned inside out in a frame and in neither of its ends
     self_intersections : largest share of faces that intersect in the middle frame beyond those of its ends
     foot_slide : metres; largest way that a planted sole slides in the whole transition
+    sharpness : least gradient energy of the middle frame's texture, over the mean of its ends'
     """
 
     blend: str = "volumetric_arap"
     weights: str = "cubic"
     texture: str = "flow"
+    texturing: TextureOptions = field(default_factory=TextureOptions)
     surface_jump: float = 1.5
     surface_jump_floor: float = 0.002
     velocity_jump: float = 1.5
     velocity_jump_floor: float = 0.001
     colour_jump: float = 1.5
+    colour_jump_floor: float = 4.0
     volume_drift: float = 0.05
     inverted_tets: int = 0
     self_intersections: float = 0.02
     foot_slide: float = 0.06
+    sharpness: float = 0.6
 
     def __post_init__(self) -> None:
         for name, choices in (("blend", BLEND_NAMES), ("weights", WEIGHT_NAMES), ("texture", TEXTURE_NAMES)):
@@ -57,10 +65,12 @@ class SynthesisOptions:
             "velocity_jump",
             "velocity_jump_floor",
             "colour_jump",
+            "colour_jump_floor",
             "volume_drift",
             "inverted_tets",
             "self_intersections",
             "foot_slide",
+            "sharpness",
         ):
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}: expected a number not below 0, got {getattr(self, name)!r}")

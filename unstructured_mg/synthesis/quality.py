@@ -6,8 +6,6 @@ from typing import Any
 import igl.predicates
 import numpy as np
 
-from unstructured_mg.geometry.closest import ClosestPoints
-from unstructured_mg.geometry.components import significant_faces
 from unstructured_mg.geometry.tets import tet_volumes
 from unstructured_mg.synthesis.align import vertex_areas
 from unstructured_mg.synthesis.options import SynthesisOptions
@@ -17,41 +15,11 @@ from unstructured_mg.synthesis.posture import Posture
 SOLE_HEIGHT = 0.025
 # Metres a frame below which a sole keeps its place.
 SOLE_REST = 0.004
-# Points taken of each surface to measure the distance between two.
-SAMPLES = 4000
 
 
 def root_mean_square(vectors: np.ndarray, masses: np.ndarray) -> float:
     """Mass-weighted rms length of ``vectors`` (n, 3)."""
     return float(np.sqrt(masses @ (vectors**2).sum(1) / masses.sum()))
-
-
-def surface_distance(
-    first_vertices: np.ndarray, first_faces: np.ndarray, second_vertices: np.ndarray, second_faces: np.ndarray
-) -> float:
-    """Two-sided rms distance (metres) between two surfaces, debris left out: blind to motion along the surface."""
-    first = ClosestPoints(first_vertices, first_faces[significant_faces(first_vertices, first_faces)])
-    second = ClosestPoints(second_vertices, second_faces[significant_faces(second_vertices, second_faces)])
-    squared = [of.query(_samples(near))[0].mean() for of, near in ((first, second), (second, first))]
-    return float(np.sqrt(np.mean(squared)))
-
-
-def _samples(surface: ClosestPoints) -> np.ndarray:
-    used = np.unique(surface.faces)
-    return surface.vertices[used[:: -(-len(used) // SAMPLES)]]
-
-
-def captured_change(captured: Mapping[int, tuple[np.ndarray, np.ndarray]], frames: np.ndarray) -> float:
-    """The capture's largest change of surface (metres) between neighbours among ``frames`` that were read.
-
-    ``captured`` maps frame indices to vertices and faces.
-    """
-    changes = [
-        surface_distance(*captured[a], *captured[b])
-        for a, b in zip(frames[:-1].tolist(), frames[1:].tolist(), strict=True)
-        if a in captured and b in captured
-    ]
-    return max(changes)
 
 
 def window_changes(window: np.ndarray, masses: np.ndarray) -> tuple[float, float]:
@@ -164,7 +132,6 @@ def quality_card(
     tets: np.ndarray,
     surface_jumps: tuple[float, float],
     surface_change: float,
-    texture_measures: Mapping[str, Any],
 ) -> dict[str, Any]:
     """The card, JSON-ready.
 
@@ -173,10 +140,11 @@ def quality_card(
     the end; ``surface_change`` the capture's own between the neighbours that were read, to which the tracked windows'
     motion along the normals is joined; ``texture_measures`` as the texture comes with them.
 
-    Keys: ``start`` and ``end`` hold, for each seam, ``surface_m`` and ``velocity_m`` (metres a frame) and the ratios
-    ``surface`` and ``velocity`` to the capture's own largest change ``surface_change_m`` and ``velocity_change_m``;
-    ``volume_drift``, ``inverted_tets``, ``self_intersections`` (share of faces, beyond the worse end),
-    ``foot_slide_m``; None where something could not be measured; ``texture`` holds the texture's measures.
+    Keys: ``start`` and ``end`` hold, for each seam, ``surface_m``, ``velocity_m`` (a frame), ``colour_levels`` (sRGB
+    grey levels) and the ratios ``surface``, ``velocity`` and ``colour`` to the capture's own largest change
+    ``surface_change_m``, ``velocity_change_m`` and ``colour_change_levels``; ``speed_m`` the windows' largest rms
+    motion a frame; ``volume_drift``, ``inverted_tets``, ``self_intersections`` (share of faces, beyond the worse
+    end), ``foot_slide_m``; None where something could not be measured; ``texture`` holds the texture's measures.
     """
     surfaces, first_surfaces, second_surfaces = (
         np.stack([posture.surface for posture in postures]) for postures in (steps, first, second)
@@ -197,6 +165,8 @@ def quality_card(
             "surface": _ratio(surface_jumps[i], surface_change),
             "velocity_m": velocity_jumps[i],
             "velocity": _ratio(velocity_jumps[i], velocity_change),
+            "colour_levels": None,
+            "colour": None,
         }
         for i, name in enumerate(("start", "end"))
     }
@@ -204,17 +174,29 @@ def quality_card(
         **seams,
         "surface_change_m": surface_change,
         "velocity_change_m": velocity_change,
+        "colour_change_levels": None,
         "speed_m": max(first_speed, second_speed),
         "volume_drift": volume_drift(steps, first, second, weights, faces, tets),
         "inverted_tets": inverted_tets(steps, first, second, tets),
         "self_intersections": max(0.0, shares[1] - max(shares[0], shares[2])),
         "foot_slide_m": foot_slide(surfaces, first_surfaces, second_surfaces, masses),
-        "texture": dict(texture_measures),
+        "texture": {},
     }
 
 
-def _ratio(jump: float, change: float) -> float | None:
-    """None where the capture does not change at all and the jump is therefore without measure."""
+def with_texture(card: Mapping[str, Any], colour_change: float | None, measures: Mapping[str, Any]) -> dict[str, Any]:
+    """The card with the capture's own change of colour (grey levels) and the measures that came with the texture."""
+    seams = {}
+    for name in ("start", "end"):
+        jump = measures.get(f"seam_color_{name}")
+        seams[name] = {**card[name], "colour_levels": jump, "colour": _ratio(jump, colour_change)}
+    return {**card, **seams, "colour_change_levels": colour_change, "texture": dict(measures)}
+
+
+def _ratio(jump: float | None, change: float | None) -> float | None:
+    """None where nothing was measured, or the capture does not change at all and the jump is without measure."""
+    if jump is None or change is None:
+        return None
     if change > 0:
         return jump / change
     return 0.0 if jump == 0 else None
@@ -224,12 +206,13 @@ def objections(card: Mapping[str, Any], options: SynthesisOptions) -> list[str]:
     """Why a transition with this card is refused: a clause each, none where it is good."""
     found = []
     for seam in ("start", "end"):
-        for name in ("surface", "velocity"):
-            ratio, size = card[seam][name], card[seam][f"{name}_m"]
+        for name, unit in (("surface", "_m"), ("velocity", "_m"), ("colour", "_levels")):
+            ratio, size = card[seam][name], card[seam][name + unit]
             bar, floor = getattr(options, f"{name}_jump"), getattr(options, f"{name}_jump_floor")
-            if size > floor and (ratio is None or ratio > bar):
+            if size is not None and size > floor and (ratio is None or ratio > bar):
+                shown = f"{1000 * size:.1f} mm" if unit == "_m" else f"{size:.1f} grey levels"
                 times = "where the capture is still" if ratio is None else f"{ratio:.2f} times the capture's own change"
-                found.append(f"the {name} jumps at its {seam} by {1000 * size:.1f} mm, {times}")
+                found.append(f"the {name} jumps at its {seam} by {shown}, {times}")
     if card["volume_drift"] is not None and card["volume_drift"] > options.volume_drift:
         found.append(f"the volume drifts by {card['volume_drift']:.1%}")
     if card["inverted_tets"] is not None and card["inverted_tets"] > options.inverted_tets:
@@ -238,4 +221,7 @@ def objections(card: Mapping[str, Any], options: SynthesisOptions) -> list[str]:
         found.append(f"{card['self_intersections']:.1%} more of its faces cut through others than at its ends")
     if card["foot_slide_m"] > options.foot_slide:
         found.append(f"planted feet slide by {100 * card['foot_slide_m']:.1f} cm")
+    sharpness = card["texture"].get("sharpness")
+    if sharpness is not None and sharpness < options.sharpness:
+        found.append(f"its middle is {sharpness:.2f} times as sharp as its ends")
     return found

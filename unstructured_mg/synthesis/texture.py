@@ -9,13 +9,13 @@ import numpy as np
 from PIL import Image as PillowImage
 
 from unstructured_mg import _native
-from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.geometry.agreeing import AgreeingPoints
 from unstructured_mg.synthesis.advect import advect_images, advect_vertices
 from unstructured_mg.synthesis.atlas import Atlas, build_atlas
 from unstructured_mg.synthesis.flow import Flow, FlowSolver
 from unstructured_mg.synthesis.flow_surface import FlowSurface, build_flow_surface
+from unstructured_mg.synthesis.frames import Frames
 from unstructured_mg.synthesis.images import Image, captured_images, sample
 from unstructured_mg.synthesis.project import project_colors, smooth_normals
 from unstructured_mg.synthesis.signals import fill_harmonic, vertex_signals
@@ -66,7 +66,7 @@ class TextureSurface:
         return FlowSolver(self.surface.vertices, smooth_normals(self.surface.vertices, tracing.faces), tracing)
 
 
-def build_texture_surface(capture: Capture, pair: TrackedPair, options: TextureOptions) -> TextureSurface:
+def build_texture_surface(capture: Frames, pair: TrackedPair, options: TextureOptions) -> TextureSurface:
     """Prepare the template of a pair for ``synthesize_textures``."""
     template = capture.read(int(pair.frames[pair.template]))
     vertices = pair.vertices[pair.template]
@@ -82,7 +82,7 @@ def build_texture_surface(capture: Capture, pair: TrackedPair, options: TextureO
 
 
 def synthesize_textures(
-    capture: Capture,
+    capture: Frames,
     pair: TrackedPair,
     start: int,
     end: int,
