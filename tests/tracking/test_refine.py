@@ -10,7 +10,7 @@ def test_a_smooth_gap_is_closed_along_the_normal_and_not_sideways():
     vertices, faces = tube(0.2, 1.0, 60, 40)
     surface = clean_surface(vertices, faces)
     swollen, other_faces = tube(0.205, 1.0, 83, 61)
-    refined = Refiner(surface, 0.01, 0.05).refine(vertices, Target(clean_surface(swollen, other_faces), 0.03), 3)
+    refined = Refiner(surface, 0.01, 0.05).refine(vertices, Target(clean_surface(swollen, other_faces), 0.03, 0.1), 3)
     side = np.abs(vertices[:, 0]) < 0.3
     radius = np.linalg.norm(refined[side, 1:], axis=1)
     np.testing.assert_allclose(radius, 0.205, atol=3e-4)
@@ -21,7 +21,7 @@ def test_a_smooth_gap_is_closed_along_the_normal_and_not_sideways():
 
 def test_a_target_beyond_reach_pulls_nothing():
     vertices, faces = tube(0.2, 1.0, 40, 20)
-    far = Target(clean_surface(vertices + [0.0, 0.0, 3.0], faces), 0.03)
+    far = Target(clean_surface(vertices + [0.0, 0.0, 3.0], faces), 0.03, 0.1)
     np.testing.assert_allclose(
         Refiner(clean_surface(vertices, faces), 0.01, 0.05).refine(vertices, far, 2), vertices, atol=1e-12
     )

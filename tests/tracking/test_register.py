@@ -49,3 +49,19 @@ def test_the_same_input_gives_the_same_bytes():
         goal = tracked.target(clean_surface(bend(target[0], 0.2), target[1]))
         results.append(tracked.register(goal, tracked.cage.vertices, near_stages(1e-4)).tobytes())
     assert results[0] == results[1]
+
+
+def test_far_limbs_find_their_place_where_the_nearest_surface_is_another_limbs():
+    # Two upright tubes side by side; the second moves away so far that the first is nearer to where it was than itself.
+    vertices, faces = figure(30, 40)
+    target, target_faces = figure(37, 46)
+    both = np.concatenate([vertices * [0.4, 0.4, 0.6], vertices * [0.4, 0.4, 0.6] + [0.2, 0, 0]])
+    moved = np.concatenate([vertices * [0.4, 0.4, 0.6] + [0.12, 0, 0], vertices * [0.4, 0.4, 0.6] + [0.6, 0, 0]])
+    goal = np.concatenate([target * [0.4, 0.4, 0.6] + [0.12, 0, 0], target * [0.4, 0.4, 0.6] + [0.6, 0, 0]])
+    tracked = registrar(both, np.concatenate([faces, faces + len(vertices)]).astype(np.int32))
+    goal_faces = np.concatenate([target_faces, target_faces + len(target)]).astype(np.int32)
+    aim = tracked.target(clean_surface(goal, goal_faces))
+    start = tracked.cage.vertices
+    assert not tracked.is_near(aim, start)
+    reached = tracked.surface_at(tracked.register(aim, start, tracked.stages(aim, start, 1e-4)))
+    assert np.linalg.norm(reached - moved, axis=1).max() < 5e-3

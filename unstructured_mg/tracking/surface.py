@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unstructured_mg.geometry.components import significant_faces, weld
+from unstructured_mg.geometry.components import face_components, weld
 
 
 @dataclass(frozen=True)
@@ -40,26 +40,39 @@ def clean_surface(vertices: np.ndarray, faces: np.ndarray, debris_share: float =
         raise ValueError(f"faces: expected indices in 0..{len(vertices) - 1}, got {faces.min()}..{faces.max()}")
     points, welded, _ = weld(vertices, faces)
     collapsed = (welded[:, 0] == welded[:, 1]) | (welded[:, 1] == welded[:, 2]) | (welded[:, 2] == welded[:, 0])
-    normals = face_normals(points, welded)
-    if not (np.abs(normals).sum(1) > 0).any():
+    areas = 0.5 * np.linalg.norm(face_normals(points, welded), axis=1)
+    if not areas.any():
         raise ValueError("faces: expected a surface with area, got zero-area triangles only")
-    kept = np.flatnonzero(significant_faces(points, welded, debris_share) & ~collapsed)
-    used, compact = np.unique(welded[kept], return_inverse=True)
-    compact = compact.reshape(-1, 3).astype(np.int32)
+    part = face_components(len(points), welded)
+    share = np.bincount(part, areas)[part]
+    kept = np.flatnonzero((share >= debris_share * areas.sum()) & ~collapsed)
+    used = np.zeros(len(points), bool)
+    used[welded[kept]] = True
+    compact = (np.cumsum(used) - 1).astype(np.int32)[welded[kept]]
     points = points[used]
-    _, first = np.unique(np.sort(compact, axis=1), axis=0, return_index=True)
+    low, middle, high = np.sort(compact, axis=1).astype(np.int64).T
+    _, first = np.unique((low << 42) + (middle << 21) + high, return_index=True)
     geometric = np.zeros(len(compact), bool)
     geometric[first] = True
-    edges = points[np.roll(compact, -1, axis=1)] - points[compact]
-    longest = np.einsum("fic,fic->fi", edges, edges).max(1)
-    geometric &= np.linalg.norm(face_normals(points, compact), axis=1) > 1e-6 * longest
+    geometric &= areas[kept] > 5e-7 * _longest_squared(points, compact)
     return CleanSurface(points, compact, kept, geometric)
+
+
+def _longest_squared(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Squared length (m,) of every triangle's longest edge."""
+    a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
+    return np.maximum.reduce([np.einsum("fx,fx->f", side, side) for side in (b - a, c - b, a - c)])
 
 
 def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Normals (m, 3) whose lengths are twice the triangles' areas."""
     a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
-    return np.cross(b - a, c - a)
+    u, v = b - a, c - a
+    normals = np.empty_like(u)
+    normals[:, 0] = u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1]
+    normals[:, 1] = u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2]
+    normals[:, 2] = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return normals
 
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -1,12 +1,11 @@
 """Normal equations on a cage: fixed sparsity, assembled by 3x3 blocks, solved by Cholesky factors."""
 
 import numpy as np
-import scipy.sparse as sp
 
 from unstructured_mg import _native
 from unstructured_mg.geometry.rotations import fit_rotations
-from unstructured_mg.geometry.solver import SymmetricSolver
 from unstructured_mg.geometry.tets import deformation_gradients, tet_gradients, tet_volumes
+from unstructured_mg.tracking.block_cholesky import BlockCholesky
 
 _PAIRS = np.array([[0, 0], [1, 1], [2, 2], [3, 3], [0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 
@@ -30,18 +29,7 @@ class CageSystem:
         # A block is stored as (higher, lower) vertex; a tet's pair (i, j) is flipped where i is the lower.
         self.flip = np.ascontiguousarray((rows < columns).reshape(-1, 10), np.uint8)
         self.block_count = len(unique)
-        high, low = unique // count, unique % count
-        row, column = np.broadcast_arrays(
-            3 * high[:, None, None] + np.arange(3)[None, :, None], 3 * low[:, None, None] + np.arange(3)[None, None, :]
-        )
-        row, column = row.ravel(), column.ravel()
-        mirrored = np.repeat(high != low, 9)
-        entry = np.concatenate([np.arange(len(row)), np.flatnonzero(mirrored)])
-        row, column = np.concatenate([row, column[mirrored]]), np.concatenate([column, row[mirrored]])
-        order = np.lexsort((row, column))
-        self._entry, self._indices = entry[order], row[order].astype(np.int32)
-        self._starts = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=3 * count))]).astype(np.int32)
-        self._diagonal = np.flatnonzero(row[order] == column[order])
+        self._solver = BlockCholesky(count, np.stack([unique // count, unique % count], axis=1))
         self.count = count
 
     @classmethod
@@ -90,7 +78,4 @@ class CageSystem:
 
     def solve(self, blocks: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:
         """The step (c, 3) with (matrix + damping I) step = right (c, 3)."""
-        data = blocks.ravel()[self._entry]
-        data[self._diagonal] += damping
-        matrix = sp.csc_matrix((data, self._indices, self._starts), shape=[3 * self.count] * 2)
-        return SymmetricSolver(matrix).solve(right.ravel()).reshape(-1, 3)
+        return self._solver.solve(blocks, right, damping)

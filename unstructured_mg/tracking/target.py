@@ -1,5 +1,7 @@
 """A surface to register to: prepared once a frame, queried in every iteration."""
 
+from functools import cached_property
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -10,18 +12,25 @@ from unstructured_mg.tracking.surface import CleanSurface, unit, vertex_areas, v
 class Target:
     """Closest points and samples of a clean surface.
 
-    ``spacing`` (metres) is the distance of the samples that stand for the surface in coarse stages.
+    ``spacing`` and ``sparse_spacing`` (metres) are the distances of the samples that stand for the surface in coarse
+    and in the coarsest stages.
     """
 
-    def __init__(self, surface: CleanSurface, spacing: float):
+    def __init__(self, surface: CleanSurface, spacing: float, sparse_spacing: float):
         self.vertices = surface.vertices
         self.faces = surface.faces[surface.geometric]
         self.normals = vertex_normals(self.vertices, self.faces)
         self.areas = vertex_areas(self.vertices, self.faces)
         self._closest = ClosestPoints(self.vertices, self.faces)
         self.samples = thin(self.vertices, self.areas, spacing)
+        self.sparse = thin(self.vertices, self.areas, sparse_spacing)
         self._turn_scale = 3 * spacing
         self._tree = cKDTree(self._lift(self.samples))
+
+    @cached_property
+    def sparse_shares(self) -> np.ndarray:
+        """Shares of area (samples,) that the sparse samples stand for."""
+        return near_shares(self.vertices, self.areas, self.sparse)
 
     def _lift(self, index: np.ndarray) -> np.ndarray:
         return np.concatenate([self.vertices[index], self._turn_scale * self.normals[index]], axis=1)
@@ -53,3 +62,10 @@ def thin(vertices: np.ndarray, areas: np.ndarray, spacing: float) -> np.ndarray:
     cell = np.floor((vertices[usable] - vertices[usable].min(0)) / spacing).astype(np.int64)
     key = (cell[:, 0] << 42) + (cell[:, 1] << 21) + cell[:, 2]
     return usable[np.sort(np.unique(key, return_index=True)[1])]
+
+
+def near_shares(vertices: np.ndarray, areas: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Shares of area (samples,), sum 1: every vertex counts for the nearest sample."""
+    _, nearest = cKDTree(vertices[samples]).query(vertices)
+    shares = np.bincount(nearest, areas, minlength=len(samples))
+    return shares / shares.sum()

@@ -18,7 +18,7 @@ from unstructured_mg.tracking.interior import Interior
 from unstructured_mg.tracking.options import TrackingOptions
 from unstructured_mg.tracking.pair import TrackedPair
 from unstructured_mg.tracking.refine import Refiner
-from unstructured_mg.tracking.register import Registrar, far_stages, near_stages
+from unstructured_mg.tracking.register import Registrar, far_stages
 from unstructured_mg.tracking.surface import clean_surface
 from unstructured_mg.tracking.target import Target
 from unstructured_mg.tracking.template import window_frames
@@ -31,7 +31,7 @@ _TRIAL_CAGE_VERTICES, _TRIAL_RIGIDITY = 700, 1e-3
 
 
 @dataclass(frozen=True)
-class _State:
+class TrackedState:
     """The template at one frame: its cage (c, 3) as registered, and the numbers and arrays kept of it."""
 
     cage: np.ndarray
@@ -74,33 +74,41 @@ class TemplateTracker:
     def target(self, mesh: TexturedMesh) -> Target:
         return self.registrar.target(clean_surface(mesh.vertices, mesh.faces, self.options.debris_share))
 
-    def at_rest(self, target: Target) -> _State:
+    def at_rest(self, target: Target) -> TrackedState:
         """The state at the template's own frame."""
         return self._finish(self.cage.vertices, self.cage.vertices, self.surface.vertices, target)
 
-    def near(self, start: np.ndarray, target: Target) -> _State:
-        """Track to a neighbouring frame from cage vertices (c, 3)."""
-        return self._track(self.registrar.register(target, start, near_stages(self.options.rigidity)), target)
+    def place(self, start: np.ndarray, target: Target) -> np.ndarray:
+        """Cage vertices (c, 3) on a target, from those of a neighbouring or of a similar, roughly placed frame."""
+        stages = self.registrar.stages(target, start, self.options.rigidity)
+        return self.registrar.register(target, start, stages)
 
-    def far(self, start: np.ndarray, target: Target) -> _State:
-        """Track across windows from cage vertices (c, 3) that are only roughly placed."""
-        return self._track(self.registrar.register(target, start, far_stages(self.options.rigidity)), target)
-
-    def _track(self, cage_vertices: np.ndarray, target: Target) -> _State:
+    def finish(self, cage_vertices: np.ndarray, target: Target) -> TrackedState:
+        """Refine the surface that placed cage vertices carry, fit the interior to it, measure it."""
         vertices = self._refiner.refine(self.registrar.surface_at(cage_vertices), target, _REFINE_ROUNDS)
         if self.options.detail:
             vertices = transfer_detail(vertices, self.registrar.faces, target.vertices, target.faces, self.options)
         fitted = self._interior.fit(cage_vertices, vertices, _INTERIOR_ROUNDS)
         return self._finish(cage_vertices, fitted, vertices, target)
 
-    def _finish(self, cage_vertices: np.ndarray, fitted: np.ndarray, vertices: np.ndarray, target: Target) -> _State:
+    def follow(self, start: np.ndarray, target: Target) -> TrackedState:
+        """``place`` and ``finish``: track to one frame."""
+        return self.finish(self.place(start, target), target)
+
+    def strain(self, vertices: np.ndarray) -> float:
+        """Root mean square of the relative change of edge lengths against the template."""
+        lengths = self._edge_lengths(vertices)
+        return float(np.sqrt(np.mean((lengths / np.maximum(self._lengths, 1e-9) - 1) ** 2)))
+
+    def _finish(
+        self, cage_vertices: np.ndarray, fitted: np.ndarray, vertices: np.ndarray, target: Target
+    ) -> TrackedState:
         cage = self.cage
         _, rotations = self.registrar.system.rotations(fitted)
         residual = residual_of(vertices, fitted, cage.tets, cage.tet_of_vertex, cage.weights, rotations)
         distance = surface_distance(vertices, self.registrar.faces, self.registrar.areas, target)
         inverted = int((tet_volumes(fitted, cage.tets) <= 0).sum())
-        strain = np.sqrt(np.mean((self._edge_lengths(vertices) / np.maximum(self._lengths, 1e-9) - 1) ** 2))
-        return _State(cage_vertices, fitted, vertices, residual, distance, inverted, float(strain))
+        return TrackedState(cage_vertices, fitted, vertices, residual, distance, inverted, self.strain(vertices))
 
 
 def track_pair(
@@ -137,9 +145,9 @@ def track_pair(
             if (before, frame) == (home, away):
                 yaw = -candidate.yaw if home == source else candidate.yaw
                 move = _placing(states[before].vertices, tracker.registrar.areas, goal, yaw)
-                states[frame] = tracker.far(move.apply(start), goal)
+                states[frame] = tracker.follow(move.apply(start), goal)
             else:
-                states[frame] = tracker.near(start, goal)
+                states[frame] = tracker.follow(start, goal)
             if states[frame].distance.largest > options.hausdorff_m:
                 return _refusal(f"the template at frame {frame}", states[frame].distance, options)
     ordered = [states[int(frame)] for frame in frames]
@@ -159,7 +167,7 @@ def _pair(
     k: int,
     frames: np.ndarray,
     template: int,
-    states: list[_State],
+    states: list[TrackedState],
     measures: dict[str, np.ndarray],
 ) -> TrackedPair:
     mesh, surface, cage = tracker.mesh, tracker.surface, tracker.cage
@@ -208,7 +216,7 @@ def _trial(
     registrar = Registrar(surface, cage)
     goal = registrar.target(clean_surface(target.vertices, target.faces, options.debris_share))
     start = _placing(surface.vertices, registrar.areas, goal, -candidate.yaw).apply(cage.vertices)
-    stages = [stage for stage in far_stages(options.rigidity) if stage.rigidity >= _TRIAL_RIGIDITY]
+    stages = [stage for stage in far_stages(_TRIAL_RIGIDITY) if stage.rigidity >= _TRIAL_RIGIDITY]
     reached = registrar.surface_at(registrar.register(goal, start, stages))
     distance = surface_distance(reached, registrar.faces, registrar.areas, goal)
     if distance.largest > options.hausdorff_m:

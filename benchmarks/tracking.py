@@ -1,0 +1,189 @@
+"""The tracking table of DESIGN: error against true correspondence, two surfaces in and nothing else.
+
+    python benchmarks/tracking.py [--quick] [--peer] [--json FILE]
+
+Needs the folder of real captures named by UMG_CAPTURES. One thread (set OPENBLAS_NUM_THREADS=1); the annealing is
+chosen by the data alone. Seconds are the process's own: the target's preparation and the registration, the cage in a
+column of its own. Full runs, and ``--peer``, time ``trimesh.registration.nricp_amberg`` on the first row beside it.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.geometry.tets import tet_volumes
+from unstructured_mg.tracking.cage import build_cage
+from unstructured_mg.tracking.detail import transfer_detail
+from unstructured_mg.tracking.options import TrackingOptions
+from unstructured_mg.tracking.surface import face_normals
+from unstructured_mg.tracking.track import TemplateTracker
+
+# Sequence, source, target, reach in percent of the diagonal, reach in seconds.
+ROWS = [
+    ("crane", 22, 24, 0.100, 0.7),
+    ("samba", 15, 17, 0.055, 0.7),
+    ("crane", 0, 10, 0.075, 0.7),
+    ("crane", 0, 19, 0.400, 1.5),
+    ("crane", 0, 30, 0.550, 1.5),
+]
+CHAIN = ("crane", 20, {10: 0.070, 20: 0.300}, 12.0)
+PEER_RATIO = 1 / 20
+
+
+@dataclass
+class Figures:
+    """Figures as printed and as written with --json."""
+
+    rows: list[dict[str, Any]]
+
+    def add(self, name: str, value: float, unit: str, reach: float | None = None) -> None:
+        holds = None if reach is None else bool(value <= reach)
+        self.rows.append({"name": name, "value": float(value), "unit": unit, "reach": reach, "holds": holds})
+
+
+def unpacked(name: str, *options: str) -> Path:
+    """A capture's folder, unpacked once into a cache outside the project."""
+    root = os.environ.get("UMG_CAPTURES")
+    if not root:
+        sys.exit("benchmarks/tracking.py: UMG_CAPTURES is not set; name the folder that holds the real captures")
+    folder = Path(tempfile.gettempdir()) / "unstructured_mg_captures" / "-".join(["benchmark", name, *options])
+    if not folder.is_dir():
+        partial = folder.with_name(f"{folder.name}.{os.getpid()}")
+        partial.mkdir(parents=True)
+        subprocess.run([sys.executable, str(Path(root) / "unpack.py"), name, str(partial), *options], check=True)
+        partial.rename(folder)
+    return folder
+
+
+def percent(vertices: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Errors (n,) in percent of the truth's bounding-box diagonal."""
+    return 100 * np.linalg.norm(vertices - truth, axis=1) / np.linalg.norm(np.ptp(truth, axis=0))
+
+
+def folds(vertices: np.ndarray, rest: np.ndarray, faces: np.ndarray, truth: np.ndarray) -> int:
+    """Faces whose normal is turned by more than a right angle from the truth's."""
+    return int((np.einsum("fx,fx->f", face_normals(vertices, faces), face_normals(truth, faces)) < 0).sum())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="The tracking table: error against true correspondence.")
+    parser.add_argument("--quick", action="store_true", help="the two-surface rows only; under a minute")
+    parser.add_argument("--peer", action="store_true", help="time the peer also in a quick run")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures")
+    arguments = parser.parse_args()
+    options, figures = TrackingOptions(), Figures([])
+    targets = np.load(unpacked("tracking_targets") / "tracking_targets.npz")
+    sequences = {}
+    for name in ("crane", "samba"):
+        with np.load(unpacked(f"mit_{name}", "--npz") / f"mit_{name}.npz") as stored:
+            # The sequences are y up; tracking itself does not care, the bounding box does not either.
+            sequences[name] = (stored["vertices"], stored["faces"].astype(np.int32))
+
+    def target_mesh(name: str, frame: int) -> TexturedMesh:
+        return TexturedMesh(targets[f"{name}_{frame}_vertices"].astype(np.float64), targets[f"{name}_{frame}_faces"])
+
+    print("rms, p95, max: % of the diagonal; strain: rms edge change; distances in mm, both ways")
+    print(
+        f"{'pair':16}{'before':>8}{'rms':>8}{'reach':>7}{'p95':>8}{'max':>8}{'detail':>8}{'s':>7}{'reach':>6}"
+        f"{'cage s':>7}{'mean':>7}{'p95':>6}{'haus.':>7}{'strain':>8}{'(true)':>8}{'folds':>6}{'inv.':>5}"
+    )
+    ours = 0.0
+    for name, source, goal, reach, seconds in ROWS:
+        frames, faces = sequences[name]
+        mesh, truth, label = TexturedMesh(frames[source], faces), frames[goal], f"{name} {source}->{goal}"
+        start = time.process_time()
+        cage = build_cage(mesh, options)
+        caged = time.process_time() - start
+        tracker = TemplateTracker(mesh, cage, options)
+        goal_mesh = target_mesh(name, goal)
+        start = time.process_time()
+        target = tracker.target(goal_mesh)
+        cage_vertices = tracker.place(cage.vertices, target)
+        spent = time.process_time() - start
+        state = tracker.finish(cage_vertices, target)
+        error = percent(state.vertices, truth)
+        detailed = transfer_detail(state.vertices, faces, target.vertices, target.faces, options)
+        after = np.sqrt(np.mean(percent(detailed, truth) ** 2))
+        rms = np.sqrt(np.mean(error**2))
+        inverted = int((tet_volumes(cage_vertices, cage.tets) <= 0).sum())
+        before = np.sqrt(np.mean(percent(frames[source], truth) ** 2))
+        true_strain, folded = tracker.strain(truth), folds(state.vertices, frames[source], faces, truth)
+        print(
+            f"{label:16}{before:8.2f}{rms:8.4f}{reach:7.3f}{np.percentile(error, 95):8.4f}{error.max():8.3f}"
+            f"{after:8.4f}{spent:7.2f}{seconds:6.1f}"
+            f"{caged:7.2f}{1e3 * state.distance.mean:7.2f}{1e3 * state.distance.p95:6.2f}"
+            f"{1e3 * state.distance.largest:7.1f}{state.strain:8.4f}{true_strain:8.4f}{folded:6d}{inverted:5d}",
+            flush=True,
+        )
+        figures.add(f"{label} rms", rms, "% of diagonal", reach)
+        figures.add(f"{label} p95", np.percentile(error, 95), "% of diagonal")
+        figures.add(f"{label} max", error.max(), "% of diagonal")
+        figures.add(f"{label} rms after detail transfer", after, "% of diagonal")
+        figures.add(f"{label} seconds", spent, "s", seconds)
+        figures.add(f"{label} mean distance", 1e3 * state.distance.mean, "mm", 1.0)
+        figures.add(f"{label} p95 distance", 1e3 * state.distance.p95, "mm", 5.0)
+        figures.add(f"{label} inverted tets", inverted, "tets", 0.0)
+        figures.add(f"{label} folds", folded, "faces")
+        ours = ours or spent
+
+    if not arguments.quick:
+        name, length, reaches, seconds = CHAIN
+        frames, faces = sequences[name]
+        mesh = TexturedMesh(frames[0], faces)
+        tracker = TemplateTracker(mesh, build_cage(mesh, options), options)
+        cage_vertices, spent = tracker.cage.vertices, 0.0
+        for frame in range(1, length + 1):
+            goal_mesh = target_mesh(name, frame)
+            start = time.process_time()
+            target = tracker.target(goal_mesh)
+            state = tracker.follow(cage_vertices, target)
+            spent += time.process_time() - start
+            cage_vertices = state.cage
+            if frame in reaches:
+                rms = np.sqrt(np.mean(percent(state.vertices, frames[frame]) ** 2))
+                print(f"{name} chain 0..{length}, at {frame}: rms {rms:.4f}, reach {reaches[frame]:.3f}")
+                figures.add(f"{name} chain at {frame} rms", rms, "% of diagonal", reaches[frame])
+        print(f"{name} chain 0..{length}: {spent:.1f} s, reach {seconds:.0f} s")
+        figures.add(f"{name} chain seconds", spent, "s", seconds)
+
+    if arguments.peer or not arguments.quick:
+        from trimesh import Trimesh
+        from trimesh.registration import nricp_amberg
+
+        name, source, goal, *_ = ROWS[0]
+        frames, faces = sequences[name]
+        other = target_mesh(name, goal)
+        start = time.process_time()
+        result = nricp_amberg(
+            Trimesh(frames[source], faces, process=False), Trimesh(other.vertices, other.faces, process=False)
+        )
+        spent = time.process_time() - start
+        rms = np.sqrt(np.mean(percent(result, frames[goal]) ** 2))
+        tracker_strain = TemplateTracker(
+            TexturedMesh(frames[source], faces), build_cage(TexturedMesh(frames[source], faces), options), options
+        ).strain(result)
+        print(
+            f"nricp_amberg on {name} {source}->{goal}: rms {rms:.4f}, {spent:.1f} s, strain {tracker_strain:.4f}; "
+            f"our seconds are 1/{spent / ours:.0f} of its"
+        )
+        figures.add("nricp_amberg rms", rms, "% of diagonal")
+        figures.add("our seconds over nricp_amberg's", ours / spent, "ratio", PEER_RATIO)
+
+    missed = [row["name"] for row in figures.rows if row["holds"] is False]
+    print("missed: " + (", ".join(missed) if missed else "nothing"))
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures.rows, indent=1))
+
+
+if __name__ == "__main__":
+    main()
