@@ -148,6 +148,11 @@ static PyObject *render(PyObject *self, PyObject *args) {
     if (!PyArg_ParseTuple(args, "OOOOOOOOOOnnnd", &object[0], &object[1], &object[2], &object[3], &object[4], &object[5],
                           &object[6], &object[7], &object[8], &object[9], &height, &width, &samples, &near))
         return NULL;
+    if (height < 1 || width < 1 || samples < 1 || height > 65536 || width > 65536 || samples > 64) {
+        PyErr_Format(PyExc_ValueError, "size: expected 1 to 65536 pixels and 1 to 64 samples, got %zd x %zd and %zd", height,
+                     width, samples);
+        return NULL;
+    }
     PyObject *result = NULL;
     int held = 0;
     for (; held < BUFFERS; held++) {

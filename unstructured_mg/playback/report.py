@@ -132,7 +132,8 @@ def _capture(data: ReportData) -> str:
     if data.capture.faults:
         faults = [[_cell(fault.file, "th"), _cell(fault.fault), _cell(fault.remedy)] for fault in data.capture.faults]
         title = f"{_count(len(faults), 'frame')} could not be used"
-        parts.append(_table(title, [_cell(name, "th") for name in ("file", "fault", "remedy")], faults))
+        head = [_cell(name, "th") for name in ("file", "fault", "remedy")]
+        parts.append(f'<div class="faults">{_table(title, head, faults)}</div>')
     return "".join(parts) + "</div>\n"
 
 
