@@ -133,3 +133,16 @@ def test_repeats_are_alike_and_not_equal_and_elsewhere(motion, track):
         turned = motion.yaw[second.first] - motion.yaw[first.first]
         assert abs(np.degrees(turned)) > 40
         assert np.linalg.norm((motion.positions[second.first] - motion.positions[first.first])[0, :2]) > 0.3
+
+
+def test_every_stand_has_the_same_stance(motion):
+    """After walking and turning the feet are again side by side: a stand matches every other stand."""
+    feet = [INDEX[f"{side}_{part}"] for side in ("left", "right") for part in ("ankle", "toe")]
+    middles = [(a.first + a.last) // 2 for a in motion.actions if a.name == "stand"]
+    stances = []
+    for frame in middles:
+        places = motion.positions[frame, feet]
+        centred = places - places.mean(0) * [1, 1, 0]
+        c, s = np.cos(-motion.yaw[frame]), np.sin(-motion.yaw[frame])
+        stances.append(centred @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T)
+    assert np.ptp(stances, axis=0).max() < 0.004

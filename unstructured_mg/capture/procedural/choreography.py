@@ -164,7 +164,8 @@ def _walk(script: Script, draw: np.random.Generator, turn: float) -> float:
     script.hold(0, *channels, *arms)
     strides = (0.24, 0.27, 0.27, 0.0)
     for i, (stride, side) in enumerate(zip(strides, (first, other, first, other), strict=True)):
-        script.yaw += turn / 4
+        # The last step only brings the second foot beside the first.
+        script.yaw += turn / 3 if i < 3 else 0.0
         forward = np.array([np.sin(script.yaw), -np.cos(script.yaw)])
         script.place = script.place + stride * (1 + draw.normal(0, 0.03)) * forward
         start = 3 + beat * i
