@@ -1,8 +1,8 @@
 """Every compiled function against arguments that make no sense: an exception each time, never a crash.
 
-What the functions compute is tested where they are used; values (indices in range, finite numbers) are validated there too.
-Here it is memory: wrong types, wrong lengths, arrays that are not contiguous or cannot be written. Run under the sanitizers
-by ``make sanitize``.
+What the functions compute is tested where they are used, and so is the validation of values (indices in range, finite
+numbers). Here it is memory: wrong types, wrong lengths, arrays that are not contiguous or cannot be written. Run under
+the sanitizers by ``make sanitize``.
 """
 
 import re

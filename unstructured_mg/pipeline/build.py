@@ -132,7 +132,8 @@ def _pairs(
             if name not in wanted:
                 store.remove(name)
     rows = [_outcome_row(capture, outcome) for outcome in outcomes]
-    store.commit_json("outcomes.json", {"stage": "outcomes", "stage_version": VERSIONS["outcomes"], "rows": rows}, rows)
+    rules = {"matching": asdict(options.matching), "synthesis": asdict(options.synthesis)}
+    store.commit_json("outcomes.json", {"stage": "outcomes", "stage_version": VERSIONS["outcomes"], **rules}, rows)
     return outcomes
 
 

@@ -18,6 +18,7 @@ from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.store import user_errors
 from unstructured_mg.pipeline.summary import summarise
 from unstructured_mg.pipeline.work import Work, open_work
+from unstructured_mg.playback.pair_picture import render_pair_picture
 from unstructured_mg.playback.pictures import read_pictures
 from unstructured_mg.playback.report import write_report
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
@@ -80,7 +81,7 @@ def report_data(work: Work) -> ReportData:
         )
         for index, link in enumerate(graph.links)
     )
-    gap = max(round(work.matching_options["minimum_gap_seconds"] * capture.fps), 2 * matching.dissimilarity.k + 1)
+    gap = max(round(work.matching_options.minimum_gap_seconds * capture.fps), 2 * matching.dissimilarity.k + 1)
     notes = [obstacle_sentence(obstacle, capture) for obstacle in graph.obstacles]
     return ReportData(
         title=f"Motion graph of {capture.folder.name}",
@@ -98,6 +99,8 @@ def report_data(work: Work) -> ReportData:
         visiting_after=after,
         stage_minutes=summary.minutes,
         pictures=lambda s, t: read_pictures(work.verified(pair_name(capture, s, t, "pictures"))),
+        pair_picture=lambda candidate: render_pair_picture(capture, candidate),
+        limits=work.synthesis_options,
         notes=tuple(notes),
         version=__version__,
     )

@@ -12,10 +12,13 @@ from unstructured_mg.graph.files import graph_from_json
 from unstructured_mg.graph.motion_graph import MotionGraph
 from unstructured_mg.matching.files import read_matching
 from unstructured_mg.matching.match import Matching
+from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.pipeline.names import pair_name
 from unstructured_mg.pipeline.store import Store
 from unstructured_mg.pipeline.timings import Timings
 from unstructured_mg.synthesis.files import read_transition
+from unstructured_mg.synthesis.options import SynthesisOptions
+from unstructured_mg.synthesis.texture_options import TextureOptions
 from unstructured_mg.synthesis.transition import Transition
 
 
@@ -39,9 +42,13 @@ class Work:
         return read_matching(self.verified("matching"))
 
     @cached_property
-    def matching_options(self) -> dict[str, Any]:
-        """The options that matching ran with."""
-        return (self.store.manifest("matching") or {})["inputs"]["matching"]
+    def matching_options(self) -> MatchingOptions:
+        return MatchingOptions(**self._options()["matching"])
+
+    @cached_property
+    def synthesis_options(self) -> SynthesisOptions:
+        words = self._options()["synthesis"]
+        return SynthesisOptions(**{**words, "texturing": TextureOptions(**words["texturing"])})
 
     @cached_property
     def outcomes(self) -> list[dict[str, Any]]:
@@ -62,6 +69,10 @@ class Work:
         if path is None:
             raise UserError(f"{self.store.path(name)}: is missing or damaged; run umg build again, it makes it anew.")
         return path
+
+    def _options(self) -> dict[str, Any]:
+        """The options that the build ran with, by room."""
+        return (self.store.manifest("outcomes.json") or {})["inputs"]
 
     def _json(self, name: str) -> Any:
         return json.loads(self.verified(name).read_text())
