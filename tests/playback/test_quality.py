@@ -6,14 +6,29 @@ from unstructured_mg.synthesis.quality import objections
 
 LIMITS = SynthesisOptions()
 CARD = {
-    "start": {"surface_m": 0.003, "surface": 0.75, "velocity_m": 0.002, "velocity": 1.25},
-    "end": {"surface_m": 0.0045, "surface": 1.75, "velocity_m": 0.0005, "velocity": None},
+    "start": {
+        "surface_m": 0.003,
+        "surface": 0.75,
+        "velocity_m": 0.002,
+        "velocity": 1.25,
+        "colour_levels": 6.5,
+        "colour": 2.5,
+        "twist": 2,
+    },
+    "end": {
+        "surface_m": 0.0045,
+        "surface": 1.75,
+        "velocity_m": 0.0005,
+        "velocity": None,
+        "colour_levels": None,
+        "colour": None,
+    },
     "surface_change_m": 0.004,
     "volume_drift": 0.0625,
     "inverted_tets": 0,
     "self_intersections": 0.001,
     "foot_slide_m": 0.5,
-    "texture": {"sharpness": 0.875, "holes_start": 0.25, "new_measure": 3},
+    "texture": {"sharpness": 0.875, "holes_start": 0.25, "new_measure": 3, "seam_color_start": 6.5},
 }
 
 
@@ -23,13 +38,16 @@ def test_what_is_judged_comes_first_with_its_limit_and_verdict():
         QualityRow("change of surface, last seam", "1.75 × (4.5 mm)", "1.5 × or 2 mm", "poor"),
         QualityRow("change of velocity, first seam", "1.25 × (2 mm)", "1.5 × or 1 mm", "good"),
         QualityRow("change of velocity, last seam", "0.5 mm", "1.5 × or 1 mm", "good"),
+        QualityRow("change of colour, first seam", "2.5 × (6.5 / 255)", "1.5 × or 4 / 255", "poor"),
+        QualityRow("change of colour, last seam", "not measured"),
+        QualityRow("sharpness of the middle to the ends", "0.875 ×", "at least 0.6 ×", "good"),
         QualityRow("volume drift", "6.25 %", "5 %", "poor"),
         QualityRow("cage cells inside out", "0", "0", "good"),
         QualityRow("more faces that cut others", "0.1 %", "2 %", "good"),
         QualityRow("slide of planted feet", "500 mm", "60 mm", "poor"),
         QualityRow("change of surface in the capture", "4 mm"),
         QualityRow("texture without a source, first seam", "25 %"),
-        QualityRow("sharpness of the middle to the ends", "0.875 ×"),
+        QualityRow("start: twist", "2"),
         QualityRow("new measure", "3"),
     ]
     assert quality_rows({}, LIMITS) == []
@@ -39,9 +57,30 @@ def test_what_is_judged_comes_first_with_its_limit_and_verdict():
     "change",
     [
         {},
-        {"start": {"surface_m": 0.0019, "surface": 9.0, "velocity_m": 0.0011, "velocity": None}},
+        {
+            "start": {
+                "surface_m": 0.0019,
+                "surface": 9.0,
+                "velocity_m": 0.0011,
+                "velocity": None,
+                "colour_levels": 3.5,
+                "colour": 9.0,
+            }
+        },
+        {"texture": {"sharpness": 0.5}},
+        {"texture": {}},
         {"volume_drift": None, "inverted_tets": 3, "self_intersections": 0.5},
-        {"foot_slide_m": 0.06, "end": {"surface_m": 0.0, "surface": 0.0, "velocity_m": 0.0, "velocity": 0.0}},
+        {
+            "foot_slide_m": 0.06,
+            "end": {
+                "surface_m": 0.0,
+                "surface": 0.0,
+                "velocity_m": 0.0,
+                "velocity": 0.0,
+                "colour_levels": 9.0,
+                "colour": None,
+            },
+        },
     ],
 )
 def test_the_verdicts_are_those_of_the_synthesis(change):

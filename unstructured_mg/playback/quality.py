@@ -28,7 +28,13 @@ def _times(value: float) -> str:
     return f"{value:.3g} ×"
 
 
-# Name, format and the option that limits it.
+# What is judged as a ratio to the capture's own change: key, ending of the key of its size, format of the size.
+_JUMPS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
+    ("surface", "_m", length),
+    ("velocity", "_m", length),
+    ("colour", "_levels", _levels),
+)
+# Name, format and the option that limits it from above.
 _MEASURES: dict[str, tuple[str, Callable[[Any], str], str]] = {
     "volume_drift": ("volume drift", percent, "volume_drift"),
     "inverted_tets": ("cage cells inside out", number, "inverted_tets"),
@@ -36,30 +42,40 @@ _MEASURES: dict[str, tuple[str, Callable[[Any], str], str]] = {
     "foot_slide_m": ("slide of planted feet", length, "foot_slide"),
     "surface_change_m": ("change of surface in the capture", length, ""),
     "velocity_change_m": ("change of velocity in the capture", length, ""),
+    "colour_change_levels": ("change of colour in the capture", _levels, ""),
     "speed_m": ("largest motion in the capture, a frame", length, ""),
     "holes_start": ("texture without a source, first seam", percent, ""),
     "holes_end": ("texture without a source, last seam", percent, ""),
-    "seam_color_start": ("change of colour, first seam", _levels, ""),
-    "seam_color_end": ("change of colour, last seam", _levels, ""),
     "flow_residual_before": ("difference of textures before flow", _levels, ""),
     "flow_residual_after": ("difference of textures after flow", _levels, ""),
     "flow_unexplained": ("texture that flow does not explain", percent, ""),
-    "sharpness": ("sharpness of the middle to the ends", _times, ""),
 }
+# The card's jumps of colour, once more.
+_REPEATED = ("seam_color_start", "seam_color_end")
 
 
 def quality_rows(card: Mapping[str, Any], limits: SynthesisOptions) -> list[QualityRow]:
-    """The rows of a card in reading order: what is judged, what the capture itself does, then the rest of the card."""
-    rows = []
-    for key, place in (("surface", "change of surface"), ("velocity", "change of velocity")):
-        for seam, name in (("start", "first seam"), ("end", "last seam")):
-            if key in card.get(seam, {}):
-                rows.append(_jump(f"{place}, {name}", card[seam], key, limits))
+    """The rows of a card in reading order: what is judged, what the capture itself does, then the rest of the card.
+
+    The verdicts are those by which ``synthesis.quality.objections`` refuses.
+    """
+    rows = [
+        _jump(f"change of {key}, {name}", card[seam], key, ending, text, limits)
+        for key, ending, text in _JUMPS
+        for seam, name in (("start", "first seam"), ("end", "last seam"))
+        if key in card.get(seam, {})
+    ]
     rest = {**card, **card.get("texture", {})}
+    sharpness = rest.pop("sharpness", None)
+    if sharpness is not None:
+        verdict = GOOD if sharpness >= limits.sharpness else POOR
+        least = f"at least {_times(limits.sharpness)}"
+        rows.append(QualityRow("sharpness of the middle to the ends", _times(sharpness), least, verdict))
+    for key in ("texture", *_REPEATED):
+        rest.pop(key, None)
+    judged = {name for key, ending, _ in _JUMPS for name in (key, key + ending)}
     for seam in ("start", "end"):
-        beside = {k: v for k, v in card.get(seam, {}).items() if k.removesuffix("_m") not in ("surface", "velocity")}
-        rest[seam] = beside
-    rest.pop("texture", None)
+        rest[seam] = {key: value for key, value in card.get(seam, {}).items() if key not in judged}
     known = [key for key in _MEASURES if key in rest]
     for key in known:
         name, text, option = _MEASURES[key]
@@ -87,13 +103,17 @@ def plain_rows(measures: Mapping[str, Any], group: str = "") -> list[QualityRow]
     return rows
 
 
-def _jump(name: str, seam: Mapping[str, Any], key: str, limits: SynthesisOptions) -> QualityRow:
+def _jump(
+    name: str, seam: Mapping[str, Any], key: str, ending: str, text: Callable[[float], str], limits: SynthesisOptions
+) -> QualityRow:
     """A jump is judged as a ratio to the capture's own change, and not at all where it is tiny."""
-    ratio, size = seam[key], seam[f"{key}_m"]
+    ratio, size = seam[key], seam[key + ending]
     largest, floor = getattr(limits, f"{key}_jump"), getattr(limits, f"{key}_jump_floor")
+    if size is None:
+        return QualityRow(name, "not measured")
     good = size <= floor or (ratio is not None and ratio <= largest)
-    value = length(size) if ratio is None else f"{_times(ratio)} ({length(size)})"
-    return QualityRow(name, value, f"{_times(largest)} or {length(floor)}", GOOD if good else POOR)
+    value = text(size) if ratio is None else f"{_times(ratio)} ({text(size)})"
+    return QualityRow(name, value, f"{_times(largest)} or {text(floor)}", GOOD if good else POOR)
 
 
 def _limited(name: str, value: Any, text: Callable[[Any], str], limit: float | None) -> QualityRow:

@@ -89,7 +89,7 @@ class ReportData:
     visiting_after: np.ndarray | None
     stage_minutes: tuple[tuple[str, float], ...]
     pictures: Callable[[int, int], TransitionPictures]
-    pair_picture: Callable[[Candidate], Picture] | None
-    limits: SynthesisOptions
+    pair_picture: Callable[[Candidate], Picture] | None = None
+    limits: SynthesisOptions = field(default_factory=SynthesisOptions)
     notes: tuple[str, ...] = ()
     version: str = ""
