@@ -227,7 +227,7 @@ def _pack(flat: np.ndarray, label: np.ndarray, size: int) -> np.ndarray:
     extent = np.maximum.reduceat(flat.max(1)[order], first) - low
     highest = np.lexsort((np.arange(count), -extent[:, 1]))
     small, large = 0.0, 4.0 * size / float(np.sqrt(extent.prod(1).sum()))
-    for _ in range(20):
+    for _ in range(14):
         scale = 0.5 * (small + large)
         if _shelves(extent[highest] * scale + GUTTER, size) is None:
             large = scale

@@ -44,11 +44,12 @@ class Loft:
         v = np.cross(w, u)
         t_keys, u_keys, v_keys = np.array(self.stations).T
         q = points - a
-        along = q @ w
+        # Not by BLAS: its rounding may depend on the number of threads.
+        along, across, third = (np.einsum("pi,i->p", q, way) for way in (w, u, v))
         t = np.clip(along / length, 0.0, 1.0)
         ru, rv = (PchipInterpolator(t_keys, keys)(t) if len(t_keys) > 1 else keys for keys in (u_keys, v_keys))
         cap = np.minimum(ru, rv)
-        return (np.sqrt((q @ u / ru) ** 2 + (q @ v / rv) ** 2 + ((along - t * length) / cap) ** 2) - 1) * cap
+        return (np.sqrt((across / ru) ** 2 + (third / rv) ** 2 + ((along - t * length) / cap) ** 2) - 1) * cap
 
     def box(self, margin: float) -> tuple[np.ndarray, np.ndarray]:
         radius = max(max(s[1:]) for s in self.stations) + margin
@@ -272,7 +273,7 @@ def sleeve_coordinate(points: np.ndarray) -> np.ndarray:
     shoulder, elbow = REST[INDEX["left_shoulder"]], REST[INDEX["left_elbow"]]
     w = (elbow - shoulder) / np.linalg.norm(elbow - shoulder)
     mirrored = np.stack([np.abs(points[:, 0]), points[:, 1], points[:, 2]], 1)
-    return np.where(mirrored[:, 0] > 0.205, (mirrored - shoulder) @ w, -0.1)
+    return np.where(mirrored[:, 0] > 0.205, np.einsum("pi,i->p", mirrored - shoulder, w), -0.1)
 
 
 def relative_size(points: np.ndarray) -> np.ndarray:

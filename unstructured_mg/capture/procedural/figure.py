@@ -1,7 +1,7 @@
 """The procedural capture: a figure whose every frame is meshed anew, with the truth known."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -120,21 +120,16 @@ class ProceduralCapture:
             raise ValueError(f"frame: expected 0..{self.frames - 1}, got {frame}")
 
 
-_RESTING: list[tuple[ClosestPoints, np.ndarray, np.ndarray]] = []
-
-
+@lru_cache(maxsize=1)
 def _resting() -> tuple[ClosestPoints, np.ndarray, np.ndarray]:
     """The resting body's closest-point tree, relative edge lengths and texel densities, made once a process."""
-    if not _RESTING:
-        body = reference_body()
-        sizes = relative_size(body.vertices)
-        # The face is what people look at: it gets twice the texels.
-        density = 1 + 0.9 / (1 + np.exp(-(body.vertices[:, 2] - 1.50) / 0.012))
-        # Relative lengths, scaled so that equilateral triangles of that size would cover the body with one face.
-        per_face = (1 / sizes**2)[body.faces].mean(1) @ face_areas(body.vertices, body.faces)
-        sizes *= np.sqrt(4 / np.sqrt(3) * per_face)
-        _RESTING.append((ClosestPoints(body.vertices, body.faces), sizes, density))
-    return _RESTING[0]
+    body = reference_body()
+    sizes = relative_size(body.vertices)
+    # The face is what people look at: it gets twice the texels.
+    density = 1 + 0.9 / (1 + np.exp(-(body.vertices[:, 2] - 1.50) / 0.012))
+    # Relative lengths, scaled so that equilateral triangles of that size would cover the body with one face.
+    per_face = np.sum((1 / sizes**2)[body.faces].mean(1) * face_areas(body.vertices, body.faces))
+    return ClosestPoints(body.vertices, body.faces), sizes * np.sqrt(4 / np.sqrt(3) * per_face), density
 
 
 def _paint_atlas(

@@ -130,7 +130,7 @@ def _hand(points: np.ndarray) -> np.ndarray:
     wrist = REST[INDEX["left_wrist"]]
     mirrored = np.stack([np.abs(points[:, 0]), points[:, 1], points[:, 2]], 1)
     way = wrist - REST[INDEX["left_elbow"]]
-    along = (mirrored - wrist) @ (way / np.linalg.norm(way))
+    along = np.einsum("pi,i->p", mirrored - wrist, way / np.linalg.norm(way))
     # A wrist watch on the left.
     left = points[:, 0] > 0
     _over(colors, np.array([40, 42, 50], np.float32), left * _band(along, -0.022, 0.011))

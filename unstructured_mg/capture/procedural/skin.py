@@ -44,10 +44,11 @@ def pose(vertices: np.ndarray, weights: np.ndarray, rotations: np.ndarray, posit
             real[joint] = -real[joint]
     shift = (positions - positions[0]) @ base - np.einsum("jab,jb->ja", base.T @ rotations, REST)
     dual = 0.5 * _times(np.concatenate([np.zeros((len(shift), 1)), shift], 1), real)
-    blended = weights @ np.concatenate([real, dual], 1)
+    # Not by BLAS: its rounding may depend on the number of threads.
+    blended = np.einsum("nj,jk->nk", weights, np.concatenate([real, dual], 1))
     length = np.linalg.norm(blended[:, :4], axis=1, keepdims=True)
     q, d = blended[:, :4] / length, blended[:, 4:] / length
     w, v = q[:, :1], q[:, 1:]
     turned = vertices + 2 * np.cross(v, np.cross(v, vertices) + w * vertices)
     moved = 2 * (w * d[:, 1:] - d[:, :1] * v + np.cross(v, d[:, 1:]))
-    return (turned + moved) @ base.T + positions[0]
+    return np.einsum("ab,nb->na", base, turned + moved) + positions[0]
