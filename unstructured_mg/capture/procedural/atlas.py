@@ -188,9 +188,12 @@ def _part(
     parts = _connected(patch, neighbours)
     parts, own = np.unique(np.where(clash, parts, -1), return_inverse=True)
     own_axis = _axes(own, normals, area)
-    label = np.where(clash, len(axis) + own, label)
-    used, label = np.unique(label, return_inverse=True)
-    return _singled(label, np.concatenate([axis, own_axis])[used], normals)
+    axis = np.concatenate([axis, own_axis])
+    label, axis = _singled(np.where(clash, len(axis) - len(own_axis) + own, label), axis, normals)
+    # What is left of a chart may have fallen apart; its pieces keep the axis.
+    pieces = _connected(label, neighbours)
+    _, first = np.unique(pieces, return_index=True)
+    return pieces, axis[label[first]]
 
 
 def _connected(label: np.ndarray, neighbours: np.ndarray) -> np.ndarray:
