@@ -56,7 +56,7 @@ def unwrap(
     normals = cross / np.maximum(area, 1e-300)[:, None]
     label = _grow(normals, area, (a + b + c) / 3, neighbours, int(generator.integers(34, 56)), generator)
     label, axis = _flatten(label, normals, area, neighbours)
-    for attempt in range(6):
+    for attempt in range(12):
         scale = _mean(label, density, area)
         flat = np.einsum("fki,fji->fkj", vertices[faces], _planes(axis)[label]) * scale[label][:, None, None]
         corners = _pack(_align(flat, label, area, generator), label, size)
