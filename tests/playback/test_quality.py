@@ -34,12 +34,12 @@ CARD = {
 
 def test_what_is_judged_comes_first_with_its_limit_and_verdict():
     assert quality_rows(CARD, LIMITS) == [
-        QualityRow("change of surface, first seam", "0.75 × (3 mm)", "1.5 × or 2 mm", "good"),
-        QualityRow("change of surface, last seam", "1.75 × (4.5 mm)", "1.5 × or 2 mm", "poor"),
-        QualityRow("change of velocity, first seam", "1.25 × (2 mm)", "1.5 × or 1 mm", "good"),
-        QualityRow("change of velocity, last seam", "0.5 mm", "1.5 × or 1 mm", "good"),
-        QualityRow("change of colour, first seam", "2.5 × (6.5 / 255)", "1.5 × or 4 / 255", "poor"),
-        QualityRow("change of colour, last seam", "not measured"),
+        QualityRow("surface, first seam", "0.75 × (3 mm)", "1.5 × or 2 mm", "good"),
+        QualityRow("surface, last seam", "1.75 × (4.5 mm)", "1.5 × or 2 mm", "poor"),
+        QualityRow("velocity, first seam", "1.25 × (2 mm)", "1.5 × or 1 mm", "good"),
+        QualityRow("velocity, last seam", "0.5 mm", "1.5 × or 1 mm", "good"),
+        QualityRow("colour, first seam", "2.5 × (6.5 / 255)", "1.5 × or 4 / 255", "poor"),
+        QualityRow("colour, last seam", "not measured"),
         QualityRow("sharpness of the middle to the ends", "0.875 ×", "at least 0.6 ×", "good"),
         QualityRow("volume drift", "6.25 %", "5 %", "poor"),
         QualityRow("cage cells inside out", "0", "0", "good"),

@@ -21,7 +21,7 @@ class QualityRow:
 
 
 def _levels(value: float) -> str:
-    return f"{number(value)} / 255"
+    return f"{value:.3g} / 255"
 
 
 def _times(value: float) -> str:
@@ -60,7 +60,7 @@ def quality_rows(card: Mapping[str, Any], limits: SynthesisOptions) -> list[Qual
     The verdicts are those by which ``synthesis.quality.objections`` refuses.
     """
     rows = [
-        _jump(f"change of {key}, {name}", card[seam], key, ending, text, limits)
+        _jump(f"{key}, {name}", card[seam], key, ending, text, limits)
         for key, ending, text in _JUMPS
         for seam, name in (("start", "first seam"), ("end", "last seam"))
         if key in card.get(seam, {})
