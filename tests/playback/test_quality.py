@@ -4,7 +4,19 @@ from unstructured_mg.playback.quality import QualityRow, plain_rows, quality_row
 from unstructured_mg.synthesis.options import SynthesisOptions
 from unstructured_mg.synthesis.quality import objections
 
-LIMITS = SynthesisOptions()
+LIMITS = SynthesisOptions(
+    surface_jump=1.5,
+    surface_jump_floor=0.002,
+    velocity_jump=1.5,
+    velocity_jump_floor=0.001,
+    colour_jump=1.5,
+    colour_jump_floor=4.0,
+    volume_drift=0.05,
+    inverted_tets=0,
+    self_intersections=0.02,
+    foot_slide=0.06,
+    sharpness=0.6,
+)
 CARD = {
     "start": {
         "surface_m": 0.003,

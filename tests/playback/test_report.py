@@ -108,7 +108,7 @@ def report_data(**change):
         "stage_minutes": (("reading", 0.25), ("tracking <1>", 12.5)),
         "pictures": pictures_of,
         "pair_picture": lambda candidate: jpeg(candidate.source),
-        "limits": SynthesisOptions(),
+        "limits": SynthesisOptions(volume_drift=0.05, inverted_tets=0),
         "notes": (f"Frames of {NASTY} crowd.",),
         "version": "1.2.3",
     }
