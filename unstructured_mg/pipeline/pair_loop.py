@@ -1,5 +1,6 @@
 """The loop over candidates (P section 4): choose one, try it, on refusal choose another."""
 
+import shutil
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -16,11 +17,12 @@ from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pool import Pool
 from unstructured_mg.pipeline.progress import Advance
 from unstructured_mg.pipeline.selection import GreedySelection
-from unstructured_mg.pipeline.store import Store
+from unstructured_mg.pipeline.store import Store, user_errors
 
 # A stage's version changes when its code would make other results from the same inputs.
 VERSIONS = {"cages": 1, "pairs": 1, "transitions": 1}
 STRIKES = 2
+TRACEBACKS = "tracebacks"
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ class PairLoop:
         def near(candidate: Candidate, others: list[Candidate]) -> bool:
             return is_near(candidate, others, self.capture, options.matching)
 
+        shutil.rmtree(self.store.root / TRACEBACKS, ignore_errors=True)
         selection = GreedySelection(candidates, near, options.retries, options.max_pairs)
         self._report = selection.report
         while not selection.finished:
@@ -152,12 +155,27 @@ class PairLoop:
                 broken.append(trial)
                 continue
             names = self.artefacts(trial.candidate, group)
+            if result.traceback is not None:
+                self._keep_traceback(trial, group, result)
+                continue
             for name, folder in zip(names, result.folders, strict=True):
                 self.store.commit(name, self.inputs(trial.candidate, group), folder)
             self.seconds[names[0]] = result.seconds
             self._after(trial, group, result.refusal)
         if broken:
             self._restart(broken)
+
+    def _keep_traceback(self, trial: _Trial, group: str, result: tasks.TaskResult) -> None:
+        """A defect of ours: the pair is refused for now, and what a developer needs is kept in ``tracebacks/``."""
+        assert result.refusal is not None and result.traceback is not None
+        for folder in result.folders:
+            shutil.rmtree(folder)
+        path = self.store.root / TRACEBACKS / f"{self.artefacts(trial.candidate, 'pairs')[0].split('/')[1]}.txt"
+        with user_errors(path):
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(result.traceback)
+        reason = f"{result.refusal.reason} (see {TRACEBACKS}/{path.name})"
+        self._after(trial, group, Refusal(result.refusal.stage, reason))
 
     def _restart(self, broken: list[_Trial]) -> None:
         """A worker died and took the pool with it: every running trial starts again; twice is enough."""

@@ -32,11 +32,17 @@ TEMPLATE = "template.json"
 
 @dataclass(frozen=True)
 class TaskResult:
-    """``folders`` made in scratch, in a fixed order; or a refusal, which is also in ``folders[0]/refused.json``."""
+    """What came of an item.
+
+    ``folders`` were made in scratch, in a fixed order; with a ``refusal`` they hold it as ``refused.json``.
+    ``traceback`` is there where the refusal is a defect of ours and no verdict: it is not stored then, and the next run
+    tries again.
+    """
 
     folders: tuple[Path, ...]
     refusal: Refusal | None
     seconds: float
+    traceback: str | None = None
 
 
 def prepare(capture: Capture, candidate: Candidate, k: int, options: TrackingOptions, scratch: Path) -> TaskResult:
@@ -105,9 +111,9 @@ def _attempt(stage: str, scratch: Path, count: int, work: Callable[[list[Path]],
         except (OSError, UserError):
             raise
         except Exception as error:
-            # A defect of ours in one pair must not end a night's work; it is refused, and its traceback kept in full.
+            # A defect of ours in one pair must not end a night's work.
             refusal = Refusal(stage, f"failed: {type(error).__name__}: {error}")
-            (folders[0] / "traceback.txt").write_text(traceback.format_exc())
+            return TaskResult(tuple(folders), refusal, time.perf_counter() - started, traceback.format_exc())
         if refusal is not None:
             for folder in folders:
                 (folder / REFUSED).write_text(json.dumps(asdict(refusal), indent=1) + "\n")
