@@ -10,10 +10,10 @@ typedef struct {
     int64_t leaves, leaf_size;
 } Tree;
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+UMG_INLINE double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Squared distance to a triangle and the weights of the closest point: by Voronoi regions of its corners and edges. */
-static double closest_on_triangle(const double *p, const double *t, double *w) {
+UMG_INLINE double closest_on_triangle(const double *p, const double *t, double *w) {
     double ab[3], ac[3], ap[3];
     for (int i = 0; i < 3; i++) {
         ab[i] = t[3 + i] - t[i];
@@ -54,16 +54,16 @@ static double closest_on_triangle(const double *p, const double *t, double *w) {
     return squared;
 }
 
-static double box_distance(const double *box, const double *p) {
+UMG_INLINE double box_distance(const double *box, const double *p) {
     double sum = 0;
     for (int i = 0; i < 3; i++) {
-        double d = fmax(fmax(box[i] - p[i], p[i] - box[3 + i]), 0);
-        sum += d * d;
+        double below = box[i] - p[i], above = p[i] - box[3 + i], d = below > above ? below : above;
+        sum += d > 0 ? d * d : 0;
     }
     return sum;
 }
 
-static void try_face(const Tree *tree, int64_t slot, const double *p, const double *n, double agreement, double *best,
+UMG_INLINE void try_face(const Tree *tree, int64_t slot, const double *p, const double *n, double agreement, double *best,
                      int64_t *found, double *weights) {
     if (!(dot(tree->normals + 3 * slot, n) >= agreement))
         return;
@@ -76,6 +76,7 @@ static void try_face(const Tree *tree, int64_t slot, const double *p, const doub
     }
 }
 
+UMG_VECTORISED
 static void search(const Tree *tree, const double *points, const double *normals, int64_t count, double limit, double agreement,
                    int32_t *slots, double *weights, double *squared) {
     int64_t last = -1;
@@ -90,7 +91,7 @@ static void search(const Tree *tree, const double *points, const double *normals
         int top = 0;
         stack[top] = 0;
         reach[top++] = box_distance(tree->boxes, p);
-        while (top > 0) {
+        while (top > 0 && best > 0) {
             int64_t node = stack[--top];
             if (reach[top] >= best)
                 continue;

@@ -4,6 +4,13 @@
 
 #include "umg.h"
 
+/* Into every clone of a UMG_VECTORISED caller, not once for the plainest processor. */
+#if defined(__GNUC__)
+#define UMG_INLINE static inline __attribute__((always_inline))
+#else
+#define UMG_INLINE static inline
+#endif
+
 typedef struct {
     char type;
     Py_ssize_t length;

@@ -2,10 +2,12 @@
 #ifndef UMG_BICUBIC_H
 #define UMG_BICUBIC_H
 
+#include "arguments.h"
+
 #include <math.h>
 #include <stdint.h>
 
-static inline void catmull_rom(float t, float *w) {
+UMG_INLINE void catmull_rom(float t, float *w) {
     float t2 = t * t, t3 = t2 * t;
     w[0] = 0.5f * (-t3 + 2 * t2 - t);
     w[1] = 0.5f * (3 * t3 - 5 * t2 + 2);
@@ -13,15 +15,15 @@ static inline void catmull_rom(float t, float *w) {
     w[3] = 0.5f * (t3 - t2);
 }
 
-static inline int64_t clamp_index(int64_t i, int64_t size) { return i < 0 ? 0 : i >= size ? size - 1 : i; }
+UMG_INLINE int64_t clamp_index(int64_t i, int64_t size) { return i < 0 ? 0 : i >= size ? size - 1 : i; }
 
-static inline int64_t wrap_index(int64_t i, int64_t size) {
+UMG_INLINE int64_t wrap_index(int64_t i, int64_t size) {
     i %= size;
     return i < 0 ? i + size : i;
 }
 
 /* x, y in pixels, pixel centres at half-integers; `out` gets the four channels. */
-static inline void sample_bicubic(const float *image, int64_t height, int64_t width, double x, double y, int wrap, float *out) {
+UMG_INLINE void sample_bicubic(const float *image, int64_t height, int64_t width, double x, double y, int wrap, float *out) {
     double fx = floor(x - 0.5), fy = floor(y - 0.5);
     int64_t column = (int64_t)fx, row = (int64_t)fy;
     float wx[4], wy[4];

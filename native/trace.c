@@ -14,7 +14,7 @@ typedef struct {
 enum { MOST_CROSSINGS = 1000 };
 
 /* Move (face, b) by displacement d, given in the face's plane axes, straight on across edges; stop at a boundary. */
-static void walk(const Surface *s, int32_t *face, double *b, double dx, double dy) {
+UMG_INLINE void walk(const Surface *s, int32_t *face, double *b, double dx, double dy) {
     int32_t f = *face;
     int entered = -1;
     for (int crossing = 0; crossing < MOST_CROSSINGS; crossing++) {
@@ -60,7 +60,7 @@ static void walk(const Surface *s, int32_t *face, double *b, double dx, double d
 }
 
 /* One step of a streamline: the midpoint rule, exact for the affine field inside a face. */
-static void flow_step(const Surface *s, const double *field, int32_t *face, double *b, double time) {
+UMG_INLINE void flow_step(const Surface *s, const double *field, int32_t *face, double *b, double time) {
     const double *v = field + 6 * (int64_t)*face, *m = s->to_weights + 4 * (int64_t)*face;
     double x = b[0] * v[0] + b[1] * v[2] + b[2] * v[4], y = b[0] * v[1] + b[1] * v[3] + b[2] * v[5];
     double c1 = 0.5 * time * (m[0] * x + m[1] * y), c2 = 0.5 * time * (m[2] * x + m[3] * y);
@@ -70,11 +70,13 @@ static void flow_step(const Surface *s, const double *field, int32_t *face, doub
     walk(s, face, b, time * x1, time * y1);
 }
 
+UMG_VECTORISED
 static void trace_straight(const Surface *s, int32_t *face, double *weights, const double *displacement, int64_t count) {
     for (int64_t i = 0; i < count; i++)
         walk(s, face + i, weights + 3 * i, displacement[2 * i], displacement[2 * i + 1]);
 }
 
+UMG_VECTORISED
 static void trace_along(const Surface *s, const double *field, const int32_t *face, const double *weights, int64_t count,
                         double time, int64_t steps, int32_t *faces_out, double *weights_out) {
     for (int64_t i = 0; i < count; i++) {
@@ -89,7 +91,29 @@ static void trace_along(const Surface *s, const double *field, const int32_t *fa
     }
 }
 
-static inline void look_up(const float *image, int64_t height, int64_t width, const float *places, int32_t f, const double *b,
+/* For every vertex the corner whose face the field (its negative for a negative sign) points into, or nearly so: the one
+ * where the smaller of the two other weights grows fastest. */
+static void leave(const Surface *s, const int32_t *faces, const double *field, int64_t count, double sign, double *best,
+                  int32_t *face, int32_t *corner) {
+    for (int64_t f = 0; f < count; f++) {
+        const double *m = s->to_weights + 4 * f;
+        for (int i = 0; i < 3; i++) {
+            double x = sign * field[6 * f + 2 * i], y = sign * field[6 * f + 2 * i + 1], change[3];
+            change[1] = m[0] * x + m[1] * y;
+            change[2] = m[2] * x + m[3] * y;
+            change[0] = -change[1] - change[2];
+            double least = fmin(change[(i + 1) % 3], change[(i + 2) % 3]);
+            int32_t vertex = faces[3 * f + i];
+            if (least > best[vertex]) {
+                best[vertex] = least;
+                face[vertex] = (int32_t)f;
+                corner[vertex] = i;
+            }
+        }
+    }
+}
+
+UMG_INLINE void look_up(const float *image, int64_t height, int64_t width, const float *places, int32_t f, const double *b,
                            float *color) {
     const float *p = places + 6 * (int64_t)f;
     sample_bicubic(image, height, width, b[0] * p[0] + b[1] * p[2] + b[2] * p[4], b[0] * p[1] + b[1] * p[3] + b[2] * p[5], 0,
@@ -205,6 +229,31 @@ static PyObject *trace_streamlines(PyObject *self, PyObject *args) {
     Py_RETURN_NONE;
 }
 
+static PyObject *leave_vertices(PyObject *self, PyObject *args) {
+    (void)self;
+    PyObject *o[9];
+    Py_ssize_t faces, vertices;
+    double sign;
+    if (!PyArg_ParseTuple(args, "nOOOOOOdnOOO", &faces, &o[0], &o[1], &o[2], &o[3], &o[4], &o[5], &sign, &vertices, &o[6], &o[7],
+                          &o[8]))
+        return NULL;
+    Argument wanted[9] = {TABLES(faces),
+                          {'i', 3 * faces, 0, "faces"},
+                          {'d', 6 * faces, 0, "field"},
+                          {'d', vertices, 1, "best"},
+                          {'i', vertices, 1, "face"},
+                          {'i', vertices, 1, "corner"}};
+    Py_buffer views[9];
+    if (take_arguments(o, wanted, views, 9) < 0)
+        return NULL;
+    Surface s = surface_of(views);
+    Py_BEGIN_ALLOW_THREADS
+    leave(&s, views[4].buf, views[5].buf, faces, sign, views[6].buf, views[7].buf, views[8].buf);
+    Py_END_ALLOW_THREADS
+    release_arguments(views, 9);
+    Py_RETURN_NONE;
+}
+
 static PyObject *advect_texels(PyObject *self, PyObject *args) {
     (void)self;
     PyObject *o[12];
@@ -253,6 +302,9 @@ PyMethodDef umg_trace_methods[] = {
     {"trace_streamlines", trace_streamlines, METH_VARARGS,
      "trace_streamlines(faces, neighbor, entry, to_weights, turn, field, count, face, weights, time, steps, faces_out, "
      "weights_out): the points after 1 .. steps steps of length time along field (faces, 3, 2)."},
+    {"leave_vertices", leave_vertices, METH_VARARGS,
+     "leave_vertices(faces, neighbor, entry, to_weights, turn, faces, field, sign, vertices, best, face, corner): for every "
+     "vertex the face, and its corner there, into which sign times the field points; best starts as minus infinity."},
     {"advect_texels", advect_texels, METH_VARARGS,
      "advect_texels(faces, neighbor, entry, to_weights, turn, field, places, count, face, weights, texel, start, end, height, "
      "width, steps, images): at every texel the blend of both end images along the streamline through it, for all steps."},

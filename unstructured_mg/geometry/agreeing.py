@@ -5,7 +5,7 @@ import numpy as np
 from unstructured_mg import _native
 from unstructured_mg.geometry.morton import morton_order
 
-LEAF_SIZE = 4
+LEAF_SIZE = 2
 
 
 def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -5,11 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from unstructured_mg.geometry.conjugate import conjugate_gradients
+from unstructured_mg import _native
+from unstructured_mg.geometry.components import cluster_vertices
+from unstructured_mg.geometry.conjugate import TwoLevel, conjugate_gradients
 from unstructured_mg.geometry.tracing import TracingSurface
 from unstructured_mg.synthesis.tangent import TangentFields, half_cotangents
 from unstructured_mg.synthesis.texture_options import TextureOptions
 
+# Width of the clusters of the coarse level of solvers, as a share of the square root of the area.
+CLUSTER_WIDTH = 0.023
 # Steps of the streamline along half the flow, at each level.
 LEVEL_STEPS = 4
 
@@ -49,7 +53,14 @@ class FlowSolver:
         self.area = float(tracing.areas.sum())
         self.masses = np.bincount(faces.ravel(), np.repeat(tracing.areas / 3, 3), minlength=self.count)
         self.stiffness = _scalar_stiffness(tracing, self.count)
-        self._gradients = tracing.gradients()
+        self._gradients = np.ascontiguousarray(tracing.gradients())
+        self._spread = np.ascontiguousarray(
+            (self.fields.to_corner / 3).transpose(0, 2, 1, 3).reshape(len(faces), 2, 6)
+        )
+        labels = cluster_vertices(vertices, faces, CLUSTER_WIDTH * float(np.sqrt(self.area)))
+        count = int(labels.max()) + 1
+        self._clusters = sp.csr_matrix((np.ones(self.count), (np.arange(self.count), labels)), (self.count, count))
+        self._vector_clusters = self.fields.cluster_basis(normals, labels)
         self._sum_pattern()
 
     def _sum_pattern(self) -> None:
@@ -72,7 +83,9 @@ class FlowSolver:
     def smooth(self, signals: np.ndarray, weight: float, tolerance: float) -> np.ndarray:
         """Minimise ``|s - signal|^2_M + weight |grad s|^2`` (P eq. 4) for signals (n, d); weight in square metres."""
         matrix = (sp.diags(self.masses) + weight * self.stiffness).tocsr()
-        return conjugate_gradients(matrix, self.masses[:, None] * signals, signals, tolerance)
+        # Wide smoothing couples far vertices; narrow smoothing hardly changes the start.
+        coarse = TwoLevel(matrix, self._clusters) if weight > 1e-4 * self.area else None
+        return conjugate_gradients(matrix, self.masses[:, None] * signals, signals, tolerance, precondition=coarse)
 
     def estimate(self, start: np.ndarray, end: np.ndarray, options: TextureOptions) -> Flow:
         """The field v that carries ``start`` to ``end`` (n, d), colours in 0..255.
@@ -87,7 +100,7 @@ class FlowSolver:
         both = np.concatenate([start, end], axis=1)
         for level in range(options.levels):
             shrink = 4.0**-level
-            smoothed = self.smooth(both, options.signal_smoothing * shrink * self.area, 1e-3)
+            smoothed = self.smooth(both, options.signal_smoothing * shrink * self.area, options.tolerance)
             first = self.moved(smoothed[:, :channels], field, -0.5)
             second = self.moved(smoothed[:, channels:], field, 0.5)
             field += self._correction(first, second, options.flow_smoothing * shrink, options.tolerance)
@@ -128,40 +141,31 @@ class FlowSolver:
 
         Returns faces (steps, n) int32 and barycentric weights (steps, n, 3).
         """
-        face, corner = self._way_out(corners, time)
+        best = np.full(self.count, -np.inf)
+        face, corner = np.zeros(self.count, np.int32), np.zeros(self.count, np.int32)
+        _native.leave_vertices(
+            *self.tracing.tables, self.tracing.faces, np.ascontiguousarray(corners), np.sign(time), self.count, best,
+            face, corner,
+        )  # fmt: skip
         return self.tracing.streamlines(corners, face, np.eye(3)[corner], time, steps)
-
-    def _way_out(self, corners: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """For every vertex the face, and its corner there, into which the field leaves it."""
-        change = np.einsum("fid,fkd->fik", np.sign(time) * corners, self._gradients)
-        others = np.minimum(
-            change[:, [0, 1, 2], [1, 2, 0]],
-            change[:, [0, 1, 2], [2, 0, 1]],
-        ).ravel()
-        owner = self.tracing.faces.ravel()
-        order = np.lexsort((np.arange(len(owner)), -others, owner))
-        first = order[np.flatnonzero(np.r_[True, np.diff(owner[order]) > 0])]
-        return (first // 3).astype(np.int32), first % 3
 
     def _correction(self, first: np.ndarray, second: np.ndarray, weight: float, tolerance: float) -> np.ndarray:
         """The smooth field that best explains first - second (n, d) to first order, scaled as P eq. 8 has it."""
-        faces, areas = self.tracing.faces, self.tracing.areas
-        slopes = [np.einsum("fid,fic->fcd", self._gradients, signal[faces]) for signal in (first, second)]
-        change = (first - second)[faces].mean(axis=1)
-        tensor = sum(np.einsum("fcd,fce->fde", slope, slope) for slope in slopes)
-        pull = sum(np.einsum("fcd,fc->fd", slope, change) for slope in slopes)
-        spread = (self.fields.to_corner / 3).transpose(0, 2, 1, 3).reshape(len(faces), 2, 6)
-        blocks = np.einsum("fdi,fde,fej->fij", spread, tensor * areas[:, None, None], spread, optimize=True)
-        data = np.bincount(self._slot, blocks.ravel(), minlength=len(self._smooth.data))
-        matrix = sp.csr_matrix(
-            (weight * self._smooth.data + data, self._smooth.indices, self._smooth.indptr), shape=self._smooth.shape
-        )
-        force = np.einsum("fdi,fd->fi", spread, pull * areas[:, None])
-        right = np.bincount(self._dofs.ravel(), force.ravel(), minlength=2 * self.count)
-        answer = conjugate_gradients(matrix, right, tolerance=tolerance)
-        moved = np.einsum("fdi,fi->fd", spread, answer[self._dofs])
-        gain = float(areas @ np.einsum("fd,fd->f", pull, moved))
-        cost = float(areas @ np.einsum("fd,fde,fe->f", moved, tensor, moved))
+        count = len(self.tracing.faces)
+        data, right = weight * self._smooth.data, np.zeros(2 * self.count)
+        tensors, pulls = np.empty((count, 3)), np.empty((count, 2))
+        first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
+        _native.assemble_flow(
+            count, self.count, first.shape[1], len(data), self.tracing.faces, self._gradients, self.tracing.areas,
+            self._spread, first, second, self._slot, data, right, tensors, pulls,
+        )  # fmt: skip
+        matrix = sp.csr_matrix((data, self._smooth.indices, self._smooth.indptr), shape=self._smooth.shape)
+        coarse = TwoLevel(matrix, self._vector_clusters)
+        answer = conjugate_gradients(matrix, right, tolerance=tolerance, precondition=coarse)
+        x, y = np.einsum("fdi,fi->df", self._spread, answer[self._dofs])
+        areas = self.tracing.areas
+        gain = float((areas * (pulls[:, 0] * x + pulls[:, 1] * y)).sum())
+        cost = float((areas * (tensors[:, 0] * x * x + 2 * tensors[:, 1] * x * y + tensors[:, 2] * y * y)).sum())
         scale = min(max(gain / cost, 0.0), 2.0) if cost > 0 else 0.0
         return scale * answer.reshape(-1, 2)
 

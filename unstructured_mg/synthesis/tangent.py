@@ -22,10 +22,7 @@ class TangentFields:
 
     def __init__(self, vertices: np.ndarray, normals: np.ndarray, tracing: TracingSurface):
         faces = tracing.faces
-        helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
-        first = np.cross(normals, helper)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        self.axes = np.stack([first, np.cross(normals, first)], axis=1)
+        self.axes = _frames(normals)
         flat = face_normals(vertices, faces)
         blunt = normals[faces].sum(axis=1)
         flat = np.where((np.linalg.norm(flat, axis=1) > 0.5)[:, None], flat, blunt)
@@ -62,6 +59,28 @@ class TangentFields:
     def at_corners(self, field: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """A field (n, 2) as seen from every face's corners (m, 3, 2), as tracing wants it."""
         return np.einsum("fiab,fib->fia", self.to_corner, field[faces])
+
+    def cluster_basis(self, normals: np.ndarray, labels: np.ndarray) -> sp.csr_matrix:
+        """Fields ``(2n, 2k)`` that are constant, but for turning with the surface, on each of k clusters of vertices.
+
+        normals (n, 3) float64; labels (n,) in 0..k-1.
+        """
+        n, count = len(normals), int(labels.max()) + 1
+        roots = np.stack([np.bincount(labels, normals[:, i], minlength=count) for i in range(3)], axis=1)
+        lengths = np.linalg.norm(roots, axis=1, keepdims=True)
+        roots = np.where(lengths > 1e-9, roots / np.maximum(lengths, 1e-9), [1.0, 0.0, 0.0])
+        turned = _transport(_frames(roots)[labels], roots[labels], normals)
+        blocks = np.einsum("nap,nbp->nab", self.axes, turned)
+        columns = (2 * labels[:, None].astype(np.int64) + np.arange(2))[:, None].repeat(2, axis=1)
+        return sp.csr_matrix((blocks.ravel(), columns.ravel(), np.arange(0, 4 * n + 1, 2)), shape=(2 * n, 2 * count))
+
+
+def _frames(normals: np.ndarray) -> np.ndarray:
+    """Orthonormal tangent axes (n, 2, 3) of planes with unit normals (n, 3)."""
+    helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, helper)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normals, first)], axis=1)
 
 
 def half_cotangents(tracing: TracingSurface) -> np.ndarray:

@@ -37,7 +37,7 @@ class TextureOptions:
     levels: int = 7
     signal_smoothing: float = 3e-3
     flow_smoothing: float = 1e6
-    tolerance: float = 1e-3
+    tolerance: float = 1e-2
     noise: float = 8.0
     quality: int = 93
 
