@@ -1,6 +1,6 @@
 /* Straightest paths and streamlines on a triangle surface, by unfolding one face after the other into the plane. */
 #include "arguments.h"
-#include "bicubic.h"
+#include "spline.h"
 
 #include <stdlib.h>
 
@@ -116,7 +116,7 @@ static void leave(const Surface *s, const int32_t *faces, const double *field, i
 UMG_INLINE void look_up(const float *image, int64_t height, int64_t width, const float *places, int32_t f, const double *b,
                            float *color) {
     const float *p = places + 6 * (int64_t)f;
-    sample_bicubic(image, height, width, b[0] * p[0] + b[1] * p[2] + b[2] * p[4], b[0] * p[1] + b[1] * p[3] + b[2] * p[5], 0,
+    sample_spline(image, height, width, b[0] * p[0] + b[1] * p[2] + b[2] * p[4], b[0] * p[1] + b[1] * p[3] + b[2] * p[5], 0,
                    color);
 }
 
@@ -307,6 +307,6 @@ PyMethodDef umg_trace_methods[] = {
      "vertex the face, and its corner there, into which sign times the field points; best starts as minus infinity."},
     {"advect_texels", advect_texels, METH_VARARGS,
      "advect_texels(faces, neighbor, entry, to_weights, turn, field, places, count, face, weights, texel, start, end, height, "
-     "width, steps, images): at every texel the blend of both end images along the streamline through it, for all steps."},
+     "width, steps, images): from the spline coefficients start and end, at every texel the blend of both end images along the streamline through it, for all steps."},
     {NULL, NULL, 0, NULL},
 };

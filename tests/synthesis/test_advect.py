@@ -5,6 +5,7 @@ from textured_pairs import grid, pattern, psnr
 from unstructured_mg.synthesis.advect import advect_images, advect_vertices
 from unstructured_mg.synthesis.flow import FlowSolver
 from unstructured_mg.synthesis.flow_surface import build_flow_surface
+from unstructured_mg.synthesis.images import spline_through
 from unstructured_mg.synthesis.project import smooth_normals
 from unstructured_mg.synthesis.texels import locate_texels
 
@@ -18,12 +19,16 @@ def plane():
     return surface, locate_texels(surface, SIZE, SIZE, 2)
 
 
-def picture(shift):
+def texels_of(shift):
     column, row = np.meshgrid(np.arange(SIZE) + 0.5, np.arange(SIZE) + 0.5)
     place = np.stack([column / SIZE, 1 - row / SIZE], -1) - shift
     image = np.ones((SIZE, SIZE, 4), np.float32)
     image[:, :, :3] = pattern(place, finest=25)
     return image
+
+
+def picture(shift):
+    return spline_through(texels_of(shift))
 
 
 def constant_corners(surface, vector):
@@ -42,13 +47,13 @@ def test_a_shift_is_synthesized_at_every_step(plane):
         surface, texels, constant_corners(surface, shift), picture(0 * shift), picture(shift), steps=7
     )
     for i, image in enumerate(images, start=1):
-        assert psnr(image[10:-10, 10:-10], picture(shift * i / 8)[10:-10, 10:-10, :3]) > 40
+        assert psnr(image[10:-10, 10:-10], texels_of(shift * i / 8)[10:-10, 10:-10, :3]) > 40
 
 
 def test_without_flow_it_is_a_cross_fade(plane):
     surface, texels = plane
-    start, end = picture(0.0), picture(0.2)
-    images = advect_images(surface, texels, np.zeros((len(surface.tracing.faces), 3, 2)), start, end, 3)
+    start, end = texels_of(0.0), texels_of(0.2)
+    images = advect_images(surface, texels, np.zeros((len(surface.tracing.faces), 3, 2)), picture(0.0), picture(0.2), 3)
     for i, image in enumerate(images, start=1):
         truth = start[:, :, :3] * (1 - i / 4) + end[:, :, :3] * (i / 4)
         assert np.abs(image.astype(float) - truth).max() <= 0.51
@@ -82,4 +87,11 @@ def test_vertex_colours_move_alike():
 def test_images_of_another_size_are_refused(plane):
     surface, texels = plane
     with pytest.raises(ValueError, match="start, end"):
-        advect_images(surface, texels, np.zeros((len(surface.tracing.faces), 3, 2)), picture(0)[1:], picture(0), 3)
+        advect_images(
+            surface,
+            texels,
+            np.zeros((len(surface.tracing.faces), 3, 2)),
+            spline_through(texels_of(0)[1:].copy()),
+            picture(0),
+            3,
+        )

@@ -2,7 +2,7 @@ import numpy as np
 from textured_pairs import ArrayTexture, pattern, psnr
 
 from unstructured_mg.capture.mesh import TexturedMesh
-from unstructured_mg.synthesis.images import Image, captured_images, sample
+from unstructured_mg.synthesis.images import captured_images, sample, spline_through
 
 
 def square(uv, texture):
@@ -25,8 +25,8 @@ def test_samples_at_texel_centres_are_the_texels():
 def test_quadratics_are_sampled_exactly_between_texels():
     x, y = np.meshgrid(np.arange(20) + 0.5, np.arange(20) + 0.5)
     surface = lambda x, y: 100 + 2 * x - 3 * y + 0.1 * x * x - 0.2 * x * y  # noqa: E731
-    image = Image(np.repeat(surface(x, y)[:, :, None], 4, axis=2).astype(np.float32), False)
-    place = np.random.default_rng(1).uniform(3, 17, (100, 2))
+    image = spline_through(np.repeat(surface(x, y)[:, :, None], 4, axis=2).astype(np.float32))
+    place = np.random.default_rng(1).uniform(6, 14, (100, 2))
     uv = np.stack([place[:, 0] / 20, 1 - place[:, 1] / 20], axis=1)
     np.testing.assert_allclose(sample(image, uv)[:, 0], surface(*place.T), atol=1e-3)
 
@@ -55,6 +55,7 @@ def test_images_far_beyond_the_limit_are_averaged_down():
     column, row = np.meshgrid(np.arange(256) + 0.5, np.arange(256) + 0.5)
     pixels = pattern(np.stack([column, row], -1) / 256, finest=8).astype(np.uint8)
     (image,) = captured_images(square(CORNERS, pixels), limit=64)
-    assert image.pixels.shape == (64, 64, 4)
-    column, row = np.meshgrid(np.arange(64) + 0.5, np.arange(64) + 0.5)
-    assert psnr(image.pixels[:, :, :3], pattern(np.stack([column, row], -1) / 64, finest=8)) > 40
+    assert image.coefficients.shape == (64, 64, 4)
+    place = np.random.default_rng(4).uniform(0.05, 0.95, (1000, 2))
+    truth = pattern(np.stack([place[:, 0], 1 - place[:, 1]], -1), finest=8)
+    assert psnr(sample(image, place), truth) > 40

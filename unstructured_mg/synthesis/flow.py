@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from unstructured_mg import _native
-from unstructured_mg.geometry.components import cluster_vertices
+from unstructured_mg.geometry.clusters import cluster_vertices
 from unstructured_mg.geometry.conjugate import TwoLevel, conjugate_gradients
 from unstructured_mg.geometry.tracing import TracingSurface
 from unstructured_mg.synthesis.tangent import TangentFields, half_cotangents
@@ -54,9 +54,7 @@ class FlowSolver:
         self.masses = np.bincount(faces.ravel(), np.repeat(tracing.areas / 3, 3), minlength=self.count)
         self.stiffness = _scalar_stiffness(tracing, self.count)
         self._gradients = np.ascontiguousarray(tracing.gradients())
-        self._spread = np.ascontiguousarray(
-            (self.fields.to_corner / 3).transpose(0, 2, 1, 3).reshape(len(faces), 2, 6)
-        )
+        self._spread = np.ascontiguousarray((self.fields.to_corner / 3).transpose(0, 2, 1, 3).reshape(len(faces), 2, 6))
         labels = cluster_vertices(vertices, faces, CLUSTER_WIDTH * float(np.sqrt(self.area)))
         count = int(labels.max()) + 1
         self._clusters = sp.csr_matrix((np.ones(self.count), (np.arange(self.count), labels)), (self.count, count))
@@ -77,6 +75,9 @@ class FlowSolver:
         smooth = self.fields.stiffness.tocoo()
         place = np.searchsorted(key, smooth.row.astype(np.int64) * size + smooth.col)
         values = np.bincount(place, smooth.data, minlength=len(key))
+        # Fields on loose scraps of surface cost no energy at all: a little of their size holds them still.
+        diagonal = np.searchsorted(key, np.arange(size, dtype=np.int64) * (size + 1))
+        values[diagonal] += 1e-3 * np.repeat(self.masses / self.area, 2) + 1e-9 * smooth.diagonal()
         self._smooth = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=(size, size))
         self._dofs = dofs
 

@@ -11,10 +11,13 @@ from unstructured_mg.synthesis.texels import cover_texels, to_pixels
 
 @dataclass(frozen=True)
 class Image:
-    """``pixels`` (height, width, 4) float32, sRGB 0..255 and 1; ``wrap``: it repeats outside [0, 1]."""
+    """A cubic spline through an image's texels: ``coefficients`` (height, width, 4) float32, sRGB 0..255 and 1.
 
-    pixels: np.ndarray
-    wrap: bool
+    ``wrap``: it repeats outside [0, 1].
+    """
+
+    coefficients: np.ndarray
+    wrap: bool = False
 
 
 def captured_images(mesh: TexturedMesh, limit: int = 0) -> list[Image]:
@@ -41,8 +44,14 @@ def captured_images(mesh: TexturedMesh, limit: int = 0) -> list[Image]:
             if (owner >= 0).any():
                 image[:, :, 3] = owner >= 0
                 _native.fill_unknown(image, height, width)
-        images.append(Image(image, wrap))
+        images.append(spline_through(image, wrap))
     return images
+
+
+def spline_through(pixels: np.ndarray, wrap: bool = False) -> Image:
+    """The spline through texels (height, width, 4) float32, whose memory it takes over."""
+    _native.spline_filter(pixels, *pixels.shape[:2])
+    return Image(pixels, wrap)
 
 
 def _reduce(pixels: np.ndarray, factor: int) -> np.ndarray:
@@ -54,9 +63,9 @@ def _reduce(pixels: np.ndarray, factor: int) -> np.ndarray:
 
 
 def sample(image: Image, uv: np.ndarray) -> np.ndarray:
-    """Catmull-Rom samples (p, 3) float32 at uvs (p, 2)."""
-    height, width = image.pixels.shape[:2]
+    """Samples (p, 3) float32 at uvs (p, 2)."""
+    height, width = image.coefficients.shape[:2]
     places = to_pixels(np.asarray(uv, np.float64), height, width)
     colors = np.empty((len(places), 4), np.float32)
-    _native.sample_image(image.pixels, height, width, places, int(image.wrap), colors)
+    _native.sample_image(image.coefficients, height, width, places, int(image.wrap), colors)
     return colors[:, :3]

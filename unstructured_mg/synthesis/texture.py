@@ -13,10 +13,11 @@ from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.geometry.agreeing import AgreeingPoints
 from unstructured_mg.synthesis.advect import advect_images, advect_vertices
 from unstructured_mg.synthesis.atlas import Atlas, build_atlas
+from unstructured_mg.synthesis.detail import detail_energy, restore_detail
 from unstructured_mg.synthesis.flow import Flow, FlowSolver
 from unstructured_mg.synthesis.flow_surface import FlowSurface, build_flow_surface
 from unstructured_mg.synthesis.frames import Frames
-from unstructured_mg.synthesis.images import Image, captured_images, sample
+from unstructured_mg.synthesis.images import Image, captured_images, sample, spline_through
 from unstructured_mg.synthesis.project import project_colors, smooth_normals
 from unstructured_mg.synthesis.signals import fill_harmonic, vertex_signals
 from unstructured_mg.synthesis.texels import Texels, at_texels, locate_texels
@@ -141,7 +142,9 @@ def _blend_images(
 ) -> TextureBlend:
     surface = prepared.surface
     measures: dict[str, Any] = {}
-    ends, signals = [], []
+    inside = np.zeros((atlas.height, atlas.width), bool)
+    inside.reshape(-1)[texels.index[texels.inside]] = True
+    ends, signals, energies, sharp_ends = [], [], [], 0.0
     for name, mesh, position in zip(("start", "end"), meshes, positions, strict=True):
         images = captured_images(mesh, options.texture_size)
         normals = smooth_normals(position, surface.tracing.faces)
@@ -160,15 +163,18 @@ def _blend_images(
         flat = image.reshape(-1, 4)
         flat[texels.index, :3], flat[texels.index, 3] = colors.clip(0, 255), 1
         _native.fill_unknown(image, atlas.height, atlas.width)
-        ends.append(image)
+        energies.append(detail_energy(image[:, :, :3]))
+        sharp_ends += gradient_energy(image[:, :, :3], inside) / 2
+        end = spline_through(image)
+        ends.append(end)
         signals.append(signal)
         measures[f"holes_{name}"] = float(1 - seen[texels.inside].mean()) if texels.inside.any() else 0.0
-        measures[f"seam_color_{name}"] = _seam_color(mesh, images, position, normals, surface, image, options)
+        measures[f"seam_color_{name}"] = _seam_color(mesh, images, position, normals, surface, end, options)
     flow = _flow(prepared, signals, options, measures)
     blended = advect_images(surface, texels, flow.corners, ends[0], ends[1], steps)
-    inside = np.zeros((atlas.height, atlas.width), bool)
-    inside.reshape(-1)[texels.index[texels.inside]] = True
-    sharp_ends = 0.5 * sum(gradient_energy(image[:, :, :3], inside) for image in ends)
+    if options.method == "flow":
+        for i, image in enumerate(blended, start=1):
+            restore_detail(image, energies[0], energies[1], i / (steps + 1))
     middle = blended[steps // 2] if steps % 2 else blended[steps // 2 - 1 : steps // 2 + 1].mean(axis=0)
     measures["sharpness"] = gradient_energy(middle, inside) / sharp_ends if sharp_ends > 0 else 1.0
     textures = tuple(encode_jpeg(image, options.quality) for image in blended)
@@ -217,7 +223,7 @@ def _seam_color(
     position: np.ndarray,
     normals: np.ndarray,
     surface: FlowSurface,
-    image: np.ndarray,
+    image: Image,
     options: TextureOptions,
 ) -> float:
     """Mean absolute colour difference between a captured frame and its projection, seen from the captured surface."""
@@ -233,7 +239,7 @@ def _seam_color(
     met = face >= 0
     if not met.any():
         return 0.0
-    ours = sample(Image(image, False), np.einsum("pi,pic->pc", weights[met], surface.uv[face[met]]))
+    ours = sample(image, np.einsum("pi,pic->pc", weights[met], surface.uv[face[met]]))
     theirs = np.zeros_like(ours)
     material = np.zeros(len(mesh.faces), np.int64) if mesh.face_material is None else mesh.face_material
     places = mesh.uv[mesh.face_uv[chosen[met]]].mean(axis=1)

@@ -11,8 +11,8 @@ class TextureOptions:
 
     Attributes
     ----------
-    method : "flow" moves both end textures along the optical flow while blending (P section 6.3); "crossfade" only
-        blends
+    method : "flow" moves both end textures along the optical flow while blending (P section 6.3) and gives
+        back the fine detail that averaging loses; "crossfade" only blends
     texture_size : longest side of a transition's images in pixels at most; 0 keeps the captured size
     margin : pixels around charts that continue the surface across the seam, so that filtering shows no seam
     projection_reach : metres; captured surface farther away gives a texel no colour (holes are filled in). Half of what
