@@ -65,7 +65,7 @@ def normal_offsets(
 
     right = -weight * np.einsum("nx,nx->n", normals, stiffness @ vertices)
     offsets = _conjugate_gradients(apply, masses + weight * stiffness.diagonal(), right, tolerance)
-    return offsets - masses @ offsets / masses.sum()
+    return offsets - (masses * offsets).sum() / masses.sum()
 
 
 def detail_layers(vertices: np.ndarray, faces: np.ndarray, options: TrackingOptions) -> DetailLayers:
@@ -113,18 +113,18 @@ def _conjugate_gradients(
     """Solve a symmetric positive definite system to ``tolerance`` of the right side's norm, Jacobi-preconditioned."""
     answer = np.zeros_like(right)
     rest = right.copy()
-    goal = tolerance * np.sqrt(np.vdot(right, right / diagonal))
+    goal = tolerance * np.sqrt((right * right / diagonal).sum())
     scaled = rest / diagonal
     direction = scaled.copy()
-    energy = float(np.vdot(rest, scaled))
+    energy = float((rest * scaled).sum())
     for _ in range(400):
         if np.sqrt(energy) <= goal:
             break
         image = apply(direction)
-        length = energy / float(np.vdot(direction, image))
+        length = energy / float((direction * image).sum())
         answer += length * direction
         rest -= length * image
         scaled = rest / diagonal
-        before, energy = energy, float(np.vdot(rest, scaled))
+        before, energy = energy, float((rest * scaled).sum())
         direction = scaled + energy / before * direction
     return answer

@@ -26,4 +26,4 @@ def surface_distance(vertices: np.ndarray, faces: np.ndarray, areas: np.ndarray,
     weight = np.concatenate([areas[used] / areas.sum(), target.areas[seen] / target.areas.sum()]) / 2
     order = np.argsort(distance, kind="stable")
     ninety_five = distance[order][np.searchsorted(np.cumsum(weight[order]), 0.95, side="left").clip(max=len(order) - 1)]
-    return SurfaceDistance(float(distance.max()), float(weight @ distance), float(ninety_five))
+    return SurfaceDistance(float(distance.max()), float((weight * distance).sum()), float(ninety_five))

@@ -24,7 +24,7 @@ from unstructured_mg.tracking.target import Target
 from unstructured_mg.tracking.template import window_frames
 
 # Of a body of 2 square metres; others are scaled by the root of their area.
-_REFINE_LENGTH, _REFINE_REACH, _REFINE_ROUNDS = 0.01, 0.03, 1
+_REFINE_LENGTH, _REFINE_REACH, _REFINE_ROUNDS = 0.005, 0.03, 1
 _INTERIOR_SOFTNESS, _INTERIOR_ROUNDS = 1e-6, 1
 # The trial of s against t needs no fine cage and no fine stages: it is there to refuse.
 _TRIAL_CAGE_VERTICES, _TRIAL_RIGIDITY = 700, 1e-3
@@ -202,8 +202,8 @@ def _outwards(first: int, centre: int, k: int) -> list[tuple[int, int]]:
 
 def _placing(vertices: np.ndarray, areas: np.ndarray, goal: Target, yaw: float) -> PlanarRigid:
     """Turn by ``yaw`` about the vertical and move along the floor to the goal's centre of area."""
-    own = areas @ PlanarRigid(yaw=yaw).apply(vertices) / areas.sum()
-    theirs = goal.areas @ goal.vertices / goal.areas.sum()
+    own = np.einsum("n,nx->x", areas, PlanarRigid(yaw=yaw).apply(vertices)) / areas.sum()
+    theirs = np.einsum("n,nx->x", goal.areas, goal.vertices) / goal.areas.sum()
     return PlanarRigid(yaw, float(theirs[0] - own[0]), float(theirs[1] - own[1]))
 
 

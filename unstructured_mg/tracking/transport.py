@@ -10,7 +10,7 @@ class Transport:
 
     C_ij = |x_i - y_j|^2 + turn^2 |n_i - m_j|^2. Nearest points may all choose the same limb; a plan must use
     every part of the target once: a lifted leg is not drawn to the standing one. The dual factors are kept from plan
-    to plan, so few rounds are enough.
+    to plan, so few rounds are enough. Sums are einsum's, not BLAS's, whose bits depend on its threads.
     """
 
     def __init__(
@@ -24,16 +24,16 @@ class Transport:
         self, points: np.ndarray, normals: np.ndarray, blur: float, rounds: int
     ) -> tuple[np.ndarray, np.ndarray]:
         """For points (p, 3) with unit normals: the mean (p, 3) of what each is sent to, and the mass (p,) it sends."""
-        cost = (points**2).sum(1)[:, None] + (self._goals**2).sum(1) - 2 * points @ self._goals.T
-        cost += 2 * self._turn**2 * (1 - normals @ self._goal_normals.T)
+        cost = (points**2).sum(1)[:, None] + (self._goals**2).sum(1) - 2 * np.einsum("ix,jx->ij", points, self._goals)
+        cost += 2 * self._turn**2 * (1 - np.einsum("ix,jx->ij", normals, self._goal_normals))
         kernel = np.exp(-np.maximum(cost, 0) / blur**2)
         there = self._there
         here = np.ones(len(points))
         for _ in range(rounds):
-            here = 1 / np.maximum(kernel @ (self._goal_shares * there), _SMALLEST)
-            there = 1 / np.maximum(kernel.T @ (self._shares * here), _SMALLEST)
+            here = 1 / np.maximum(np.einsum("ij,j->i", kernel, self._goal_shares * there), _SMALLEST)
+            there = 1 / np.maximum(np.einsum("ij,i->j", kernel, self._shares * here), _SMALLEST)
         self._there = there
         sent = kernel * (self._goal_shares * there)
         mass = sent.sum(1)
-        means = sent @ self._goals / np.maximum(mass, _SMALLEST)[:, None]
+        means = np.einsum("ij,jx->ix", sent, self._goals) / np.maximum(mass, _SMALLEST)[:, None]
         return means, self._shares * here * mass
