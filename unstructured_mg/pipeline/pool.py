@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from types import TracebackType
@@ -18,8 +19,21 @@ SINGLE_THREAD = {
 
 
 def single_thread() -> None:
-    """Keep BLAS to one thread. Works only before NumPy is imported, so it runs first in every worker."""
+    """Keep BLAS to one thread. Works only before NumPy is imported."""
     os.environ.update(SINGLE_THREAD)
+
+
+def start_worker() -> None:
+    """Runs first in every worker: one thread, and an end when the process that started it is killed."""
+    single_thread()
+    parent = multiprocessing.parent_process()
+
+    def end_with_parent() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
 
 
 class Pool:
@@ -47,4 +61,4 @@ class Pool:
 
     def _start(self) -> Executor:
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self.workers, mp_context=context, initializer=single_thread)
+        return ProcessPoolExecutor(self.workers, mp_context=context, initializer=start_worker)
