@@ -95,3 +95,31 @@ def test_without_flow_nothing_moves(sphere):
     solver, vertices = sphere
     flow = solver.standing(pattern(vertices), pattern(vertices, seed=1))
     assert not flow.corners.any() and flow.residual_after == flow.residual_before and flow.unexplained == 1
+
+
+def test_a_level_minimises_the_energy_of_the_paper(sphere):
+    solver, vertices = sphere
+    first, second = pattern(turned(vertices, 0.01), finest=12), pattern(turned(vertices, -0.01), finest=12)
+    weight = 2e4
+    faces, areas = solver.tracing.faces, solver.tracing.areas
+    slopes = [np.einsum("fid,fic->fcd", solver.tracing.gradients(), s[faces]) for s in (first, second)]
+    change = (first - second)[faces].mean(axis=1)
+
+    def energy(field):
+        middle = solver.fields.at_corners(field, faces).mean(axis=1)
+        misses = [(np.einsum("fcd,fd->fc", slope, middle) - change) ** 2 for slope in slopes]
+        flat = field.ravel()
+        return areas @ sum(misses).sum(axis=1) + weight * (flat @ solver.fields.stiffness @ flat)
+
+    answer = solver._correction(first, second, weight, 1e-8)
+    # The answer is scaled to undo what smoothing damps (eq. 8): the minimum lies on the ray through it.
+    shares = np.linspace(0.2, 1.2, 401)
+    best = shares[np.argmin([energy(share * answer) for share in shares])] * answer
+    generator = np.random.default_rng(0)
+    for _ in range(5):
+        aside = generator.normal(size=best.shape) * np.abs(best).mean()
+        assert energy(best + 0.01 * aside) > energy(best)
+        assert abs(energy(best + 1e-4 * aside) - energy(best - 1e-4 * aside)) < 1e-4 * energy(best)
+    unscaled = [np.einsum("fcd,fd->fc", s, solver.fields.at_corners(answer, faces).mean(axis=1)) for s in slopes]
+    gain = sum(areas @ (u * change).sum(axis=1) for u in unscaled)
+    np.testing.assert_allclose(gain, sum(areas @ (u**2).sum(axis=1) for u in unscaled), rtol=1e-6)

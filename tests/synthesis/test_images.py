@@ -1,6 +1,7 @@
 import numpy as np
 from textured_pairs import ArrayTexture, pattern, psnr
 
+from unstructured_mg import _native
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.synthesis.images import captured_images, sample, spline_through
 
@@ -59,3 +60,21 @@ def test_images_far_beyond_the_limit_are_averaged_down():
     place = np.random.default_rng(4).uniform(0.05, 0.95, (1000, 2))
     truth = pattern(np.stack([place[:, 0], 1 - place[:, 1]], -1), finest=8)
     assert psnr(sample(image, place), truth) > 40
+
+
+def test_unknown_texels_are_filled_from_the_known_ones_only():
+    generator = np.random.default_rng(5)
+    image = np.zeros((37, 50, 4), np.float32)
+    known = generator.random((37, 50)) < 0.03
+    image[known] = np.column_stack([generator.uniform(50, 200, (known.sum(), 3)), np.ones(known.sum())])
+    before = image.copy()
+    image[~known, :3] = 999
+    _native.fill_unknown(image, 37, 50)
+    np.testing.assert_array_equal(image[known], before[known])
+    assert (image[:, :, 3] == 1).all()
+    assert image[~known, :3].min() >= before[known, :3].min() and image[~known, :3].max() <= before[known, :3].max()
+    # A single known texel fills the whole image.
+    lone = np.zeros((20, 33, 4), np.float32)
+    lone[7, 11] = 10, 20, 30, 1
+    _native.fill_unknown(lone, 20, 33)
+    np.testing.assert_allclose(lone, np.broadcast_to([10, 20, 30, 1], lone.shape), rtol=1e-6)
