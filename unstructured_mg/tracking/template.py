@@ -24,13 +24,16 @@ def template_rank(vertices: np.ndarray, faces: np.ndarray, debris_share: float) 
     """
     surface = clean_surface(vertices, faces, debris_share)
     solid = surface.faces[surface.geometric]
-    used, compact = np.unique(solid, return_inverse=True)
-    compact = compact.reshape(-1, 3).astype(np.int32)
-    components = int(face_components(len(used), compact).max()) + 1
-    half = np.sort(np.concatenate([compact[:, [0, 1]], compact[:, [1, 2]], compact[:, [2, 0]]]), axis=1)
-    edges, count = np.unique(half, axis=0, return_counts=True)
-    loops = _boundary_loops(len(used), edges[count == 1])
-    characteristic = len(used) - len(edges) + len(compact) + loops
+    used = np.zeros(len(surface.vertices), bool)
+    used[solid.ravel()] = True
+    compact = (np.cumsum(used) - 1)[solid]
+    count = int(used.sum())
+    components = int(face_components(count, compact.astype(np.int32)).max()) + 1
+    start, end = compact.ravel(), np.roll(compact, -1, axis=1).ravel()
+    edges, faces_there = np.unique(np.maximum(start, end) * count + np.minimum(start, end), return_counts=True)
+    boundary = edges[faces_there == 1]
+    loops = _boundary_loops(count, np.stack([boundary // count, boundary % count], axis=1))
+    characteristic = count - len(edges) + len(compact) + loops
     genus = max(0, round((2 * components - characteristic) / 2))
     return components, -genus, float(face_areas(surface.vertices, solid).sum())
 
