@@ -32,8 +32,11 @@ _TURN = 0.15
 
 _ROUNDS = 12
 
+# A cage of some thousand unknowns does not gain from more data than this many surface vertices.
+_DENSE = 12_000
+
 # Where 99 % of the surface has its like within this distance, in metres of a body, nothing need be searched for.
-_NEAR = 0.1
+_NEAR = 0.15
 
 # The lengths below are for a body of this surface area, in square metres; others are scaled by the root of area.
 _BODY_AREA = 2.0
@@ -101,7 +104,8 @@ class Registrar:
         self.spacing = 0.025 * self.scale
         self.samples = thin(surface.vertices, self.areas, self.spacing)
         self.sparse = thin(surface.vertices, self.areas, self.spacing * SPARSER)
-        self._solid = np.flatnonzero(self.areas > 0)
+        self._dense = _dense_samples(surface.vertices, self.areas)
+        self._dense_shares = near_shares(surface.vertices, self.areas, self._dense)
         self.system = CageSystem(cage.vertices, cage.tets)
         self._corners = cage.tets[cage.tet_of_vertex]
 
@@ -216,10 +220,10 @@ class Registrar:
         self, target: Target, surface: np.ndarray, all_normals: np.ndarray, kind: str, width: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Both directions' data: surface vertices (p,), planes (p, 3), weights and distances to the planes (p,)."""
-        index = self._solid if kind == "all" else self.samples
+        index = self._dense if kind == "all" else self.samples
         points, normals = surface[index], all_normals[index]
         goals, goal_normals = target.alike(points, normals) if kind == "alike" else target.closest(points)
-        shares = self.areas[index] / self.areas[index].sum() if kind == "all" else np.full(len(index), 1 / len(index))
+        shares = self._dense_shares if kind == "all" else np.full(len(index), 1 / len(index))
         forward = _planes(points, normals, goals, goal_normals, shares, width)
         # The other way round, nearest in place and direction among the surface's own vertices.
         seen, seen_normals = target.vertices[target.samples], target.normals[target.samples]
@@ -232,6 +236,16 @@ class Registrar:
         planes, weights, offsets = (np.concatenate(pair) for pair in zip(forward, backward, strict=True))
         used = weights > 1e-6 * weights.max()
         return carrier[used], planes[used], weights[used], offsets[used]
+
+
+def _dense_samples(vertices: np.ndarray, areas: np.ndarray) -> np.ndarray:
+    """All vertices with area, or some _DENSE of them, evenly spread, where there are more."""
+    usable = np.flatnonzero(areas > 0)
+    spacing = np.sqrt(areas.sum() / _DENSE)
+    while len(usable) > _DENSE:
+        usable = thin(vertices, areas, spacing)
+        spacing *= 1.1
+    return usable
 
 
 def _planes(
