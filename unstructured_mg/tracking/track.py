@@ -83,11 +83,16 @@ class TemplateTracker:
         stages = self.registrar.stages(target, start, self.options.rigidity)
         return self.registrar.register(target, start, stages)
 
-    def finish(self, cage_vertices: np.ndarray, target: Target) -> TrackedState:
-        """Refine the surface that placed cage vertices carry, fit the interior to it, measure it."""
+    def refined(self, cage_vertices: np.ndarray, target: Target) -> np.ndarray:
+        """The surface (n, 3) that placed cage vertices carry, brought onto the target; with its detail if so opted."""
         vertices = self._refiner.refine(self.registrar.surface_at(cage_vertices), target, _REFINE_ROUNDS)
         if self.options.detail:
             vertices = transfer_detail(vertices, self.registrar.faces, target.vertices, target.faces, self.options)
+        return vertices
+
+    def finish(self, cage_vertices: np.ndarray, target: Target) -> TrackedState:
+        """Refine the surface that placed cage vertices carry, fit the interior to it, measure it."""
+        vertices = self.refined(cage_vertices, target)
         fitted = self._interior.fit(cage_vertices, vertices, _INTERIOR_ROUNDS)
         return self._finish(cage_vertices, fitted, vertices, target)
 
