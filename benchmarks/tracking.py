@@ -4,7 +4,8 @@
 
 Needs the folder of real captures named by UMG_CAPTURES. One thread (set OPENBLAS_NUM_THREADS=1); the annealing is
 chosen by the data alone. Seconds are the process's own, from two meshes and a cage to the surface that is scored: the
-preparation of both, the registration and the refinement. The cage has a column of its own, the measures none. Full runs, and ``--peer``, time ``trimesh.registration.nricp_amberg`` on the first row beside it.
+preparation of both, the registration and the refinement. The cage has a column of its own, the measures none.
+Full runs, and ``--peer``, time ``trimesh.registration.nricp_amberg`` on the first row beside it.
 """
 
 import argparse
