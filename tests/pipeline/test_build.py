@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -81,9 +82,7 @@ def test_a_changed_option_reuses_what_it_does_not_touch(built, tmp_path):
     shutil.copytree(built.work, work)
     tracked = next(work.glob("pairs/*/tracked.npz"))
     before = tracked.stat().st_mtime_ns
-    options = build_options(max_pairs=1, blend="linear", texture="crossfade")
-    matching = built.options.matching
-    options = type(options)(matching=matching, synthesis=options.synthesis, max_pairs=1)
+    options = replace(built.options, synthesis=build_options(blend="linear", texture="crossfade").synthesis)
     build(built.capture, work, options, 2, quiet())
     assert tracked.stat().st_mtime_ns == before
     kept = contents(work)
@@ -98,7 +97,9 @@ def test_bad_frames_are_listed_and_no_window_touches_them(built, tmp_path):
     (bad / "frame_0002.obj").write_text("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (bad / "frame_0040.jpg").unlink()
     (bad / "frame_0050.obj").write_bytes(b"")
-    build(bad, tmp_path / "work", built.options, 2, quiet())
+    # No score is low enough for a candidate: matching is all that is asked here.
+    options = replace(built.options, matching=replace(built.options.matching, threshold_size=0.0))
+    build(bad, tmp_path / "work", options, 2, quiet())
     work = open_work(tmp_path / "work")
     faults = {(fault.number, fault.file) for fault in work.capture.faults}
     assert {number for number, _ in faults} == {2, 40, 50}
