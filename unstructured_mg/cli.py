@@ -187,7 +187,7 @@ def walk(
     seed
         The same seed gives the same walk.
     start
-        Id of the captured frame to start at; the seed chooses unless given.
+        Id of the captured frame to start at; the graph's first frame unless given.
     output
         A new or empty folder.
     force

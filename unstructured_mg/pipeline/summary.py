@@ -76,16 +76,20 @@ def print_summary(work: Work, console: Console) -> None:
     minutes.add_row("total", f"{sum(value for _, value in summary.minutes):.2f}")
     console.print(minutes)
     if not work.graph.cyclic:
-        nearest = work.matching.nearest[:3]
-        pairs = ", ".join(
-            f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({1000 * c.score:.0f} mm)"
-            for c in nearest
-        )
-        close = f"; the nearest windows are around {pairs}" if pairs else ""
-        limit = 1000 * work.matching.threshold
-        console.print(
-            f"No transition could be made, so nothing loops (candidates differ by {limit:.0f} mm at most{close})."
-        )
+        console.print(_why_nothing_loops(work))
+
+
+def _why_nothing_loops(work: Work) -> str:
+    nearest = work.matching.nearest[:3]
+    if not nearest:
+        gap = work.matching_options.minimum_gap_seconds
+        return f"Nothing loops: no two whole windows of a clip lie {gap:g} seconds apart."
+    pairs = ", ".join(
+        f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({1000 * c.score:.0f} mm)"
+        for c in nearest
+    )
+    limit = 1000 * work.matching.threshold
+    return f"Nothing loops. Candidates differ by {limit:.0f} mm at most; the nearest windows are around {pairs}."
 
 
 def _minutes(work: Work) -> tuple[tuple[str, float], ...]:
