@@ -16,7 +16,6 @@ STEP = PlanarRigid(0.05, 0.03, -0.01)
 FACES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
 UV = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
 FACE_UV = np.array([[0, 1, 2], [4, 2, 3]], np.int32)
-EMPTY = TexturedMesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
 def power(count: int) -> PlanarRigid:

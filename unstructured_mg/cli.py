@@ -61,6 +61,7 @@ def inspect(
         Worker processes; as many as there are cores unless given.
     """
     from unstructured_mg.capture.inspect import inspect_capture
+    from unstructured_mg.capture.inspect_text import inspection_renderable
     from unstructured_mg.capture.reader import open_capture
     from unstructured_mg.pipeline.pool import Pool
     from unstructured_mg.pipeline.progress import StageProgress
@@ -74,7 +75,7 @@ def inspect(
             )
         with progress.stage("inspecting frames") as advance:
             inspection = inspect_capture(opened, executor=pool.executor, progress=advance)
-    console.print(inspection.table())
+    console.print(inspection_renderable(inspection))
     if json is not None:
         from json import dumps
 

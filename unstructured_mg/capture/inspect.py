@@ -1,20 +1,19 @@
 """What is in a capture and what is wrong with it, measured frame by frame."""
 
 import hashlib
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-from rich.console import RenderableType
 
 from unstructured_mg.capture.atlas import SAMPLES, coverage
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.frame_reader import read_frame
 from unstructured_mg.capture.image import image_size
 from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.capture.progress import Progress
 from unstructured_mg.capture.tidy import Tidied
 from unstructured_mg.errors import FrameFault
 from unstructured_mg.geometry.components import face_components
@@ -107,16 +106,8 @@ class Inspection:
         """JSON-ready; the keys are the fields' names."""
         return asdict(self)
 
-    def table(self) -> RenderableType:
-        """The whole inspection for a rich console, every fault with its remedy included."""
-        from unstructured_mg.capture.inspect_text import inspection_renderable
 
-        return inspection_renderable(self)
-
-
-def inspect_capture(
-    capture: Capture, executor: Executor | None = None, progress: Callable[[int, int], None] | None = None
-) -> Inspection:
+def inspect_capture(capture: Capture, executor: Executor | None = None, progress: Progress | None = None) -> Inspection:
     """Measure every good frame of a capture, in parallel where there is an ``executor``.
 
     Raises UserError where a file went bad since the capture was opened.

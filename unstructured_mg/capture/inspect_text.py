@@ -42,12 +42,12 @@ def inspection_text(inspection: Inspection, width: int = 110) -> str:
     """The whole inspection as text, every fault with its remedy included."""
     console = Console(file=io.StringIO(), width=width, no_color=True, legacy_windows=False, highlight=False)
     with console.capture() as captured:
-        console.print(inspection.table())
+        console.print(inspection_renderable(inspection))
     return "\n".join(line.rstrip() for line in captured.get().splitlines()) + "\n"
 
 
 def inspection_renderable(inspection: Inspection) -> RenderableType:
-    """The same for a rich console."""
+    """The whole inspection for a rich console, every fault with its remedy included."""
     parts: list[RenderableType] = [_summary(inspection), _measures(inspection.frames)]
     parts += [Text(f"Note: {warning}.") for warning in inspection.warnings]
     if inspection.faults:

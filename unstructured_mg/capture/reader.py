@@ -1,7 +1,6 @@
 """Opening a capture: a folder of frames to a Capture, every frame checked."""
 
 from collections import Counter
-from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
@@ -11,6 +10,7 @@ from unstructured_mg.capture.check import CheckedFrame, check_frames
 from unstructured_mg.capture.folder import list_frames, natural_key
 from unstructured_mg.capture.frame_reader import READERS
 from unstructured_mg.capture.placement import place
+from unstructured_mg.capture.progress import Progress
 from unstructured_mg.capture.sidecar import check_floor, check_fps, check_unit, check_up, read_sidecar
 from unstructured_mg.errors import FrameFault, UserError
 
@@ -28,7 +28,7 @@ def open_capture(
     up: str | None = None,
     floor: float | None = None,
     executor: Executor | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Capture:
     """Open the capture in ``folder`` and check every frame of it, in parallel where there is an ``executor``.
 
@@ -86,7 +86,7 @@ def open_capture(
 
 
 def _check_all(
-    files: list[FrameFile], folder: Path, executor: Executor | None, progress: Callable[[int, int], None] | None
+    files: list[FrameFile], folder: Path, executor: Executor | None, progress: Progress | None
 ) -> list[CheckedFrame | FrameFault]:
     chunks = [files[start : start + _CHUNK] for start in range(0, len(files), _CHUNK)]
     work = partial(check_frames, folder=folder)

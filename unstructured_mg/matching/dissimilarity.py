@@ -10,10 +10,11 @@ import scipy.fft
 
 from unstructured_mg import _native
 from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.progress import Progress
 from unstructured_mg.matching.descriptors import DESCRIPTORS
 from unstructured_mg.matching.fields import Fields
 from unstructured_mg.matching.options import MatchingOptions
-from unstructured_mg.matching.tasks import Progress, run
+from unstructured_mg.matching.tasks import run
 from unstructured_mg.matching.velocity import root_velocities
 from unstructured_mg.matching.window import window_weights, windowed_means
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.progress import Progress
 from unstructured_mg.matching.candidates import Candidate, nearest_pairs, rank_candidates
 from unstructured_mg.matching.dissimilarity import Dissimilarity, compute_dissimilarity
 from unstructured_mg.matching.options import MatchingOptions
-from unstructured_mg.matching.tasks import Progress
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from typing import Any
 
-Progress = Callable[[int, int], None]  # (done, total)
-
 
 def run(function: Callable[..., Any], tasks: list[tuple[Any, ...]], executor: Executor | None) -> Iterator[Any]:
     """``function(*task)`` for every task: by the executor's workers, or one after the other where there is none.

@@ -185,7 +185,6 @@ def _listing(folder: Path) -> list[list[Any]]:
 
 
 def _json(path: Path) -> Any:
-
     return json.loads(path.read_text())
 
 

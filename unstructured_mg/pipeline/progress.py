@@ -1,12 +1,12 @@
 """Progress on the terminal: a bar a stage, with the time left."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-Advance = Callable[[int, int], None]
+from unstructured_mg.capture.progress import Progress as Advance
 
 
 class StageProgress:

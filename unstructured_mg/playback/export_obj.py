@@ -1,7 +1,7 @@
 """A walk as a sequence of OBJ + MTL + image, and walk.json beside it."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, Future, wait
 from pathlib import Path
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.obj_writer import write_obj
+from unstructured_mg.capture.progress import Progress
 from unstructured_mg.playback.stream import EncodedImage, PosedFrame
 from unstructured_mg.playback.walk import Walk
 from unstructured_mg.playback.walk_json import walk_text, walk_to_json
 from unstructured_mg.playback.whole_folder import whole_folder
 from unstructured_mg.playback.world import export_space
 
-Progress = Callable[[int, int], None]
 OUR_FILES = r"walk\.json|frame_\d{5,}(_\d+)?\.\w+"
 WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
 

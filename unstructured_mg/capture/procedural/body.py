@@ -81,10 +81,6 @@ def _ball(bone: str, centre: tuple[float, float, float], rx: float, ry: float, r
     return Loft(bone, (x, y, z - half - 1e-4), (x, y, z + half + 1e-4), ((0.0, rx, ry),), (1.0, 0.0, 0.0), blend)
 
 
-def _along(joint: str, child: str, t: float) -> np.ndarray:
-    return (1 - t) * REST[INDEX[joint]] + t * REST[INDEX[child]]
-
-
 def _hand() -> list[Loft]:
     wrist = REST[INDEX["left_wrist"]]
     w = wrist - REST[INDEX["left_elbow"]]

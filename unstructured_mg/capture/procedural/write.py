@@ -1,7 +1,6 @@
 """Writing the procedural capture as a real one comes: a folder of OBJ, MTL and JPEG, metres, y up."""
 
 import json
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import asdict
 from pathlib import Path
@@ -12,6 +11,7 @@ from PIL import Image
 from unstructured_mg.capture.obj_writer import write_obj
 from unstructured_mg.capture.procedural.figure import ProceduralCapture
 from unstructured_mg.capture.procedural.motion import FPS
+from unstructured_mg.capture.progress import Progress
 
 BATCH = 10  # frames a task: enough that starting it costs nothing beside it
 
@@ -24,7 +24,7 @@ def write_procedural(
     texture_size: int = 512,
     seed: int = 0,
     executor: Executor | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Write ``frame_0000.obj``, ``.mtl`` and ``.jpg`` and so on into ``folder``, in metres, y up, floor at y = 0.
 
