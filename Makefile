@@ -1,6 +1,7 @@
 # Everything sets itself up in .venv; only Python 3.11 or later and a C compiler are needed.
 PYTHON ?= python3
 BIN := .venv/bin
+COMPILED := tests/native tests/geometry tests/capture tests/matching tests/tracking tests/synthesis tests/playback/test_render.py
 SOURCES := pyproject.toml setup.py $(wildcard native/*.c native/*.h)
 
 .PHONY: demo test lint sanitize clean
@@ -22,7 +23,7 @@ sanitize: .venv/ready-test  ## The tests of the compiled part under the address 
 	rm -f build/sanitize/unstructured_mg/*.so
 	cd build/sanitize && UMG_SANITIZE=1 ../../$(BIN)/python setup.py -q build_ext --inplace
 	cd build/sanitize && LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libubsan.so)" \
-		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=. ../../$(BIN)/python -m pytest -p no:cacheprovider $(or $(TESTS),tests/native tests/geometry)
+		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=. ../../$(BIN)/python -m pytest -s -p no:cacheprovider $(or $(TESTS),$(COMPILED))
 
 clean:
 	rm -rf .venv build demo unstructured_mg/*.so *.egg-info

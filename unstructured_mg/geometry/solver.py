@@ -12,21 +12,21 @@ class SymmetricSolver:
     """
 
     def __init__(self, matrix: sp.spmatrix):
-        matrix = sp.csc_matrix(matrix, dtype=np.float64, copy=True)
+        matrix = sp.csr_matrix(matrix, dtype=np.float64, copy=True)
         if matrix.shape[0] != matrix.shape[1]:
             raise ValueError(f"matrix: expected a square matrix, got shape {matrix.shape}")
         if not np.isfinite(matrix.data).all():
             raise ValueError("matrix: expected finite entries, got NaN or infinity")
         matrix.sum_duplicates()
         self.size = matrix.shape[0]
-        # The solver calls realloc on these arrays' memory. Only where they own exactly what they show, which SciPy's
-        # sums do not, is that without effect; otherwise NumPy hands out a block that has become too short.
+        # By rows, because the solver calls realloc on the memory of a matrix by columns, which is not its own; rows it
+        # only reads.
         self._solver = CholeskySolverD(
             self.size,
             matrix.indptr.astype(np.int32),
             matrix.indices.astype(np.int32),
-            matrix.data.copy(),
-            MatrixType.CSC,
+            matrix.data,
+            MatrixType.CSR,
         )
 
     def solve(self, right: np.ndarray) -> np.ndarray:

@@ -138,7 +138,7 @@ def quality_card(
     ``steps``, ``first`` and ``second`` are the ``2k+1`` postures of the transition and of the two windows, all in one
     place; ``surface_jumps`` the distances (metres) between the captured and the synthesized frame at the start and at
     the end; ``surface_change`` the capture's own between the neighbours that were read, to which the tracked windows'
-    motion along the normals is joined; ``texture_measures`` as the texture comes with them.
+    motion along the normals is joined. What colours and textures add comes by ``with_texture``.
 
     Keys: ``start`` and ``end`` hold, for each seam, ``surface_m``, ``velocity_m`` (a frame), ``colour_levels`` (sRGB
     grey levels) and the ratios ``surface``, ``velocity`` and ``colour`` to the capture's own largest change
