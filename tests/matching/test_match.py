@@ -20,7 +20,7 @@ def repeats():
 def test_a_repeated_action_is_found_where_it_repeats(repeats, tmp_path):
     options = MatchingOptions(k=4, minimum_gap_seconds=0.5, resolution=32)
     matching = match(repeats, options, scratch=tmp_path)
-    assert matching.threshold == pytest.approx(0.025 * 1.8, rel=0.05)
+    assert matching.threshold == pytest.approx(0.04 * 1.8, rel=0.05)
     best = matching.candidates[0]
     assert best.target - best.source == 40
     assert best.yaw == pytest.approx(-1.2, abs=np.radians(1))

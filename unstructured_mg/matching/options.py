@@ -32,7 +32,7 @@ class MatchingOptions:
     velocity_seconds: float = 0.1
     minimum_gap_seconds: float = 2.0
     separation_seconds: float = 20 / 30
-    threshold_size: float = 0.025
+    threshold_size: float = 0.04
     alternatives: int = 3
     nearest: int = 8
 
