@@ -44,9 +44,9 @@ def match(
     measures the grid when scores have its floor in them, and the frame rate and the actor's speed when they have not:
     it would refuse all repeats of a still actor and admit unlike poses of a fast one. On five captures (standing,
     walking, stepping, dancing, talking) the local minima that repeat an action score 0.1 to 2.2 % of the actor's
-    size. From 2.7 to about 4 % lie loose matches: the same action in another stance, of which about one in three could be
-    synthesized well, which synthesis judges; beyond, planted feet slide. A loose threshold costs time, a strict one
-    actions: none of the stepping capture's transitions score below 2.7 %.
+    size. From 2.7 to about 4 % lie loose matches: the same action in another stance. About one in three could be
+    synthesized well, and synthesis judges; beyond, planted feet slide. A loose threshold costs time, a strict one
+    actions: no transition of the stepping capture scores below 2.7 %.
 
     Parameters
     ----------
