@@ -4,7 +4,6 @@ import os
 import pytest
 
 from unstructured_mg.errors import UserError
-from unstructured_mg.pipeline.lock import FolderLock
 from unstructured_mg.pipeline.store import Store, write_whole
 
 INPUTS = {"stage": "pairs", "frames": ["a", "b"]}
@@ -106,13 +105,6 @@ def test_foreign_folders_are_left_alone(tmp_path):
     with pytest.raises(UserError, match="holds files that are not umg's"):
         Store(tmp_path).create()
     assert [child.name for child in tmp_path.iterdir()] == ["thesis.tex"]
-
-
-def test_a_second_writer_is_turned_away(store):
-    with FolderLock(store.root), pytest.raises(UserError, match="another umg"):
-        FolderLock(store.root).__enter__()
-    with FolderLock(store.root):
-        pass
 
 
 def test_write_whole_leaves_no_litter(tmp_path):

@@ -18,6 +18,7 @@ from typing import Any
 from unstructured_mg import __version__
 from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.keys import content_key, file_hash
+from unstructured_mg.playback.whole_file import whole_file
 
 FORMAT = 1
 
@@ -158,17 +159,8 @@ def user_errors(path: Path) -> Iterator[None]:
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or not at all."""
-    descriptor, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(aside, 0o644)
-        os.replace(aside, path)
-    except BaseException:
-        Path(aside).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as stream:
+        stream.write(content)
     flush_folder(path.parent)
 
 

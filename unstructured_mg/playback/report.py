@@ -1,7 +1,5 @@
 """``umg report``: one HTML file that needs nothing beside it, neither a server nor scripts nor a connection."""
 
-import os
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from importlib import resources
@@ -17,6 +15,7 @@ from unstructured_mg.playback.plot_visits import plot_visits
 from unstructured_mg.playback.quality import plain_rows, quality_rows
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
 from unstructured_mg.playback.svg import data_uri, length, number, percent
+from unstructured_mg.playback.whole_file import whole_file
 
 # Pixels: the playing film beside the tables.
 FILM_WIDTH = 170
@@ -24,19 +23,9 @@ FILM_WIDTH = 170
 
 def write_report(data: ReportData, out: Path) -> None:
     """Write the report to the file ``out``, whole or not at all. Pictures are asked for one transition at a time."""
-    handle, name = tempfile.mkstemp(dir=out.parent, prefix=f".{out.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            for part in _page(data):
-                file.write(part)
-            file.flush()
-            os.fsync(file.fileno())
-        # mkstemp's files are private; a report is for everybody who may read the folder.
-        os.chmod(name, 0o644)
-        os.replace(name, out)
-    except BaseException:
-        os.unlink(name)
-        raise
+    with whole_file(out) as file:
+        for part in _page(data):
+            file.write(part.encode())
 
 
 def _page(data: ReportData) -> Iterator[str]:

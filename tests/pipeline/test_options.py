@@ -1,0 +1,44 @@
+from dataclasses import fields
+from inspect import signature
+
+import pytest
+
+from unstructured_mg import cli
+from unstructured_mg.errors import UserError
+from unstructured_mg.pipeline.options import NAMES, ROOMS, BuildOptions, build_options
+
+GIVEN = {
+    "window": 4,
+    "threshold": 0.02,
+    "cage": "tetwild",
+    "hausdorff": 0.05,
+    "blend": "linear",
+    "weights": "linear",
+    "texture": "crossfade",
+}
+
+
+def test_every_word_reaches_its_room_and_nothing_else():
+    assert GIVEN.keys() == NAMES.keys()
+    for word, value in GIVEN.items():
+        room, name = NAMES[word]
+        options = build_options(**{word: value})
+        assert getattr(getattr(options, room), name) == value != getattr(ROOMS[room](), name)
+        for other in set(ROOMS) - {room}:
+            assert getattr(options, other) == ROOMS[other]()
+    assert build_options(fps=25.0, max_pairs=2) == BuildOptions(fps=25.0, max_pairs=2)
+    assert build_options(**dict.fromkeys(GIVEN)) == BuildOptions()
+
+
+def test_the_command_line_has_no_word_that_is_ignored():
+    words = set(signature(cli.build).parameters) - {"capture", "output", "workers"}
+    own = {field.name for field in fields(BuildOptions)} - set(ROOMS)
+    assert words <= own | set(NAMES)
+    assert set(NAMES) <= words
+
+
+@pytest.mark.parametrize(("word", "value"), [("cage", "box"), ("blend", "nurbs"), ("weights", ""), ("texture", 3),
+                                             ("hausdorff", -1.0), ("threshold", -0.1), ("window", 0)])  # fmt: skip
+def test_a_bad_value_is_called_by_the_command_lines_word(word, value):
+    with pytest.raises(UserError, match=f"^--{word}: expected"):
+        build_options(**{word: value})
