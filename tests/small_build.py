@@ -10,7 +10,8 @@ from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.progress import StageProgress
 
-OPTIONS = BuildOptions(matching=MatchingOptions(k=3, resolution=32), max_pairs=1)
+# As strict a threshold as leaves a pair or two: what is tried costs time.
+OPTIONS = BuildOptions(matching=MatchingOptions(k=3, resolution=32, threshold_size=0.025), max_pairs=1)
 
 
 @dataclass(frozen=True)

@@ -33,4 +33,4 @@ def test_the_report_shows_what_the_work_folder_holds(built):
     told = [(t["source"], t["target"], t["in_graph"], t["cost"], t["quality"]) for t in graph["transitions"]]
     name = work.capture.frame_id
     assert [(name(t.source), name(t.target), t.in_graph, t.cost, t.card) for t in data.transitions] == told
-    assert [pair.status for pair in data.pairs] == ["kept"]
+    assert [pair.status for pair in data.pairs] == [row["status"] for row in work.outcomes]
