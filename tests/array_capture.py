@@ -1,32 +1,24 @@
 """A capture of meshes in memory, and a simple figure to fill it with."""
 
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import trimesh
+from toy_capture import ToyCapture
 
-from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.capture import FrameFile
 from unstructured_mg.capture.mesh import TexturedMesh
 
 
-@dataclass(frozen=True)
-class ArrayFrame:
-    clip: str
-    number: int
-
-
-class ArrayCapture(Capture):
-    """Frames from (vertices, faces) pairs; ``clips`` are (name, numbers) in playing order."""
-
-    def __init__(self, meshes, fps=30.0, clips=None):
-        clips = clips or [("clip", range(len(meshes)))]
-        frames = tuple(ArrayFrame(name, number) for name, numbers in clips for number in numbers)
-        assert len(frames) == len(meshes)
-        super().__init__(folder=None, frames=frames, fps=fps, unit=1.0, up="z", floor=0.0)
-        object.__setattr__(self, "meshes", meshes)
-
-    def read(self, index):
-        return TexturedMesh(*self.meshes[index])
+def array_capture(meshes=(), fps=30.0, clips=None):
+    """Frames from (vertices, faces) pairs, or none; ``clips`` are (name, numbers) in playing order."""
+    clips = clips or [("clip", range(len(meshes)))]
+    frames = tuple(
+        FrameFile(name, number, Path(f"{name}/{number}.obj")) for name, numbers in clips for number in numbers
+    )
+    assert len(meshes) in (0, len(frames))
+    read = tuple(TexturedMesh(*mesh) for mesh in meshes).__getitem__
+    return ToyCapture(Path("arrays"), frames, fps, 1.0, "z", 0.0, mesh_of=read)
 
 
 def figure(phase, yaw=0.0, position=(0.0, 0.0, 0.0), seed=None):

@@ -1,29 +1,19 @@
 """A capture whose frames live in memory, for tests of what comes after reading."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from toy_capture import ToyCapture
 
-from unstructured_mg.capture.capture import Capture, FrameFile
+from unstructured_mg.capture.capture import FrameFile
 from unstructured_mg.capture.mesh import TexturedMesh
 
 
-@dataclass(frozen=True)
-class MemoryCapture(Capture):
-    meshes: tuple[TexturedMesh, ...] = ()
-
-    def read(self, index: int) -> TexturedMesh:
-        return self.meshes[index]
-
-
-def memory_capture(
-    names: Sequence[tuple[str, int]], meshes: Sequence[TexturedMesh] = (), **rest: object
-) -> MemoryCapture:
+def memory_capture(names: Sequence[tuple[str, int]], meshes: Sequence[TexturedMesh] = (), **rest: object) -> ToyCapture:
     """A capture of frames with the given (clip, number)."""
     frames = tuple(FrameFile(clip, number, Path(f"{clip}/frame_{number}.obj")) for clip, number in names)
-    return MemoryCapture(Path("capture"), frames, 30.0, 1.0, "y", 0.0, meshes=tuple(meshes), **rest)
+    return ToyCapture(Path("capture"), frames, 30.0, 1.0, "y", 0.0, mesh_of=tuple(meshes).__getitem__, **rest)
 
 
 def box(

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from array_capture import ArrayCapture
+from array_capture import array_capture
 from scipy.ndimage import gaussian_filter
 
 from unstructured_mg.matching.candidates import Candidate, eligible_pairs, is_near, nearest_pairs, rank_candidates
@@ -9,7 +9,7 @@ from unstructured_mg.matching.options import MatchingOptions
 
 CLIPS = [("a", range(70)), ("b", [*range(10), *range(14, 50)])]
 COUNT = 116
-CAPTURE = ArrayCapture([None] * COUNT, clips=CLIPS)
+CAPTURE = array_capture(clips=CLIPS)
 OPTIONS = MatchingOptions(k=2, minimum_gap_seconds=1.0, separation_seconds=10 / 30, alternatives=0)
 
 
@@ -100,7 +100,7 @@ def test_near_means_both_ends_in_the_same_clip_and_close():
 
 
 def test_frame_rate_scales_the_rules():
-    twice = ArrayCapture([None] * COUNT, fps=60.0, clips=CLIPS)
+    twice = array_capture(fps=60.0, clips=CLIPS)
     eligible = eligible_pairs(twice, scores(0), OPTIONS)
     assert not eligible[5, 64] and eligible[5, 65]
     assert is_near(Candidate(10, 50, 0, 0), [Candidate(29, 69, 0, 0)], twice, OPTIONS)

@@ -2,7 +2,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
-from array_capture import ArrayCapture, figure
+from array_capture import array_capture, figure
 from real_captures import real_capture
 
 from unstructured_mg.capture.reader import open_capture
@@ -26,7 +26,7 @@ def turned_walk(count, seed):
 
 @pytest.fixture(scope="module")
 def walk():
-    return ArrayCapture(turned_walk(14, 1))
+    return array_capture(turned_walk(14, 1))
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_yaw_is_found_within_a_degree_between_grid_angles_on_other_meshes(tmp_pa
             for vertices, faces in (figure(0.3 * i, seed=50 + 7 * i + number) for i in range(5))
         ]
         clips.append((f"turned {number}", range(5)))
-    found = compute_dissimilarity(ArrayCapture(meshes, clips=clips), QUICK, scratch=tmp_path)
+    found = compute_dissimilarity(array_capture(meshes, clips=clips), QUICK, scratch=tmp_path)
     centres = 5 * np.arange(1, 13) + 2
     error = np.degrees(np.abs((found.yaw[2, centres] - turns + np.pi) % (2 * np.pi) - np.pi))
     assert error.max() < 0.2
@@ -105,7 +105,7 @@ def test_yaw_is_found_within_a_degree_between_grid_angles_on_other_meshes(tmp_pa
 
 def test_neighbours_differ_by_their_motion_and_not_by_the_grid(tmp_path):
     """Slow motion: the score of frames l apart grows with l, from little at once and not from a grid's 10 mm."""
-    capture = ArrayCapture([figure(0.02 * i, seed=i) for i in range(24)])
+    capture = array_capture([figure(0.02 * i, seed=i) for i in range(24)])
     scores = compute_dissimilarity(capture, MatchingOptions(k=2), scratch=tmp_path).scores
     means = [np.nanmean(np.diagonal(scores, lag)) for lag in (2, 4, 8, 16)]
     np.testing.assert_allclose(means, means[3] * np.array([1, 2, 4, 8]) / 8, rtol=0.25)
@@ -116,7 +116,7 @@ def test_a_jump_does_not_match_a_stand(tmp_path):
     meshes = [figure(0.0, seed=i) for i in range(5)] + [
         figure(0.0, position=(0, 0, 0.3), seed=10 + i) for i in range(5)
     ]
-    capture = ArrayCapture(meshes, clips=[("stand", range(5)), ("jump", range(5))])
+    capture = array_capture(meshes, clips=[("stand", range(5)), ("jump", range(5))])
     assert compute_dissimilarity(capture, QUICK, scratch=tmp_path).scores[2, 7] > 0.05
 
 
@@ -126,7 +126,7 @@ def test_walking_on_the_spot_does_not_match_walking(tmp_path):
     walking = [figure(0.2 * i, position=(step * i, 0, 0), seed=20 + i) for i in range(7)]
     turned = [figure(0.2 * i, 2.0, (step * i * np.cos(2), step * i * np.sin(2), 0), seed=40 + i) for i in range(7)]
     clips = [(name, range(7)) for name in ("spot", "walking", "turned")]
-    capture = ArrayCapture(spot + walking + turned, clips=clips)
+    capture = array_capture(spot + walking + turned, clips=clips)
     with_root = compute_dissimilarity(capture, MatchingOptions(k=3, resolution=32), scratch=tmp_path)
     assert with_root.scores[3, 10] > 0.1 > 0.04 * with_root.size
     assert with_root.scores[10, 17] < 0.01
@@ -138,7 +138,7 @@ def test_walking_on_the_spot_does_not_match_walking(tmp_path):
 def test_windows_stay_inside_clips_and_between_gaps(tmp_path):
     meshes = turned_walk(16, 2)
     clips = [("a", [0, 1, 2, 3, 4, 5, 7, 8, 9, 10, 11]), ("b", range(5))]
-    result = compute_dissimilarity(ArrayCapture(meshes, clips=clips), QUICK, scratch=tmp_path)
+    result = compute_dissimilarity(array_capture(meshes, clips=clips), QUICK, scratch=tmp_path)
     assert np.flatnonzero(np.isfinite(np.diagonal(result.scores))).tolist() == [2, 3, 8, 13]
 
 
@@ -162,7 +162,7 @@ def test_workers_do_not_change_a_bit(walk, walk_result, tmp_path):
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_capture_shorter_than_a_window_has_no_scores(count, tmp_path):
-    result = compute_dissimilarity(ArrayCapture([figure(0.0)] * count), QUICK, scratch=tmp_path)
+    result = compute_dissimilarity(array_capture([figure(0.0)] * count), QUICK, scratch=tmp_path)
     assert result.scores.shape == (count, count) and np.isnan(result.scores).all()
 
 
@@ -174,7 +174,7 @@ def test_real_frames_turned_and_cut_otherwise(tmp_path):
     motion = PlanarRigid(turn, 0.5, -1.0)
     order = np.random.default_rng(0)
     turned = [(motion.apply(v), np.ascontiguousarray(order.permutation(f)[:, [1, 2, 0]])) for v, f in meshes]
-    capture = ArrayCapture(meshes + turned, clips=[("as it is", range(9)), ("turned", range(9))])
+    capture = array_capture(meshes + turned, clips=[("as it is", range(9)), ("turned", range(9))])
     result = compute_dissimilarity(capture, QUICK, scratch=tmp_path)
     pairs = np.arange(2, 7), np.arange(11, 16)
     assert np.abs(np.degrees(result.yaw[pairs] + turn)).max() < 0.2

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from array_capture import ArrayCapture, figure
+from array_capture import array_capture, figure
 
 from unstructured_mg.matching.candidates import is_near
 from unstructured_mg.matching.match import match
@@ -14,7 +14,7 @@ def repeats():
     frames = [figure(phase, seed=i) for i, phase in enumerate(swing)]
     frames += [figure(0.0, 1.2 * np.sin(np.pi * i / 40), seed=50 + i) for i in range(20)]
     frames += [figure(phase, 1.2, seed=90 + i) for i, phase in enumerate(swing)]
-    return ArrayCapture(frames)
+    return array_capture(frames)
 
 
 def test_a_repeated_action_is_found_where_it_repeats(repeats, tmp_path):
@@ -35,7 +35,7 @@ def test_a_repeated_action_is_found_where_it_repeats(repeats, tmp_path):
 
 
 def test_a_capture_without_repeats_has_nearest_pairs_only(tmp_path):
-    capture = ArrayCapture([figure(0.04 * i, position=(0.02 * i * i / 30, 0, 0.01 * i), seed=i) for i in range(40)])
+    capture = array_capture([figure(0.04 * i, position=(0.02 * i * i / 30, 0, 0.01 * i), seed=i) for i in range(40)])
     matching = match(capture, MatchingOptions(k=4, minimum_gap_seconds=0.7, resolution=32), scratch=tmp_path)
     assert matching.candidates == ()
     assert len(matching.nearest) > 0 and matching.nearest[0].score > matching.threshold
