@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unstructured_mg.geometry.closest import ClosestPoints
+from unstructured_mg.geometry.nearest import NearestPoints
 from unstructured_mg.tracking.target import Target
 
 
@@ -17,10 +17,15 @@ class SurfaceDistance:
     p95: float
 
 
-def surface_distance(vertices: np.ndarray, faces: np.ndarray, areas: np.ndarray, target: Target) -> SurfaceDistance:
-    """Between a surface (n, 3), (m, 3) with vertex areas (n,) and a target, both already without debris."""
+def surface_distance(
+    vertices: np.ndarray, faces: np.ndarray, areas: np.ndarray, target: Target, order: np.ndarray | None = None
+) -> SurfaceDistance:
+    """Between a surface (n, 3), (m, 3) with vertex areas (n,) and a target, both already without debris.
+
+    ``order`` (m,), where given, sorts the faces as ``NearestPoints`` wants them.
+    """
     there = target.distances(vertices)
-    back = np.sqrt(ClosestPoints(vertices, faces).query(target.vertices)[0])
+    back = np.sqrt(NearestPoints(vertices, faces, order).query(target.vertices)[0])
     used, seen = areas > 0, target.areas > 0
     distance = np.concatenate([there[used], back[seen]])
     weight = np.concatenate([areas[used] / areas.sum(), target.areas[seen] / target.areas.sum()]) / 2

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from unstructured_mg.geometry.closest import ClosestPoints
+from unstructured_mg.geometry.nearest import NearestPoints
 from unstructured_mg.tracking.surface import CleanSurface, unit, vertex_areas, vertex_normals
 
 
@@ -21,7 +21,8 @@ class Target:
         self.faces = surface.faces[surface.geometric]
         self.normals = vertex_normals(self.vertices, self.faces)
         self.areas = vertex_areas(self.vertices, self.faces)
-        self._closest = ClosestPoints(self.vertices, self.faces)
+        self._nearest = NearestPoints(self.vertices, self.faces)
+        self._slots: dict[int, np.ndarray] = {}
         self.samples = thin(self.vertices, self.areas, spacing)
         self.sparse = thin(self.vertices, self.areas, sparse_spacing)
         self._turn_scale = 3 * spacing
@@ -37,9 +38,13 @@ class Target:
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nearest surface points (p, 3) and smooth normals (p, 3) there."""
-        _, face, nearest = self._closest.query(points)
-        weights = self._closest.barycentric(face, nearest)
-        return nearest, unit(np.einsum("pi,pix->px", weights, self.normals[self.faces[face]]))
+        _, face, weights = self._find(points)
+        corners = self.faces[face]
+        nearest, normals = np.zeros_like(points), np.zeros_like(points)
+        for corner, weight in zip(corners.T, weights.T, strict=True):
+            nearest += weight[:, None] * self.vertices[corner]
+            normals += weight[:, None] * self.normals[corner]
+        return nearest, unit(normals)
 
     def alike(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of the samples, those nearest in place and direction together: points and normals (p, 3).
@@ -53,7 +58,16 @@ class Target:
 
     def distances(self, points: np.ndarray) -> np.ndarray:
         """Distances (p,) of points to the surface."""
-        return np.sqrt(self._closest.query(points)[0])
+        return np.sqrt(self._find(points)[0])
+
+    def _find(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Squared distances (p,), faces (p,) and weights (p, 3) of the nearest points.
+
+        As many points as once before are the same surface's, moved a little: what they found then is where to start.
+        """
+        squared, face, weights, slots = self._nearest.query(points, self._slots.get(len(points)))
+        self._slots[len(points)] = slots
+        return squared, face, weights
 
 
 def thin(vertices: np.ndarray, areas: np.ndarray, spacing: float) -> np.ndarray:

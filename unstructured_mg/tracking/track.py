@@ -7,6 +7,7 @@ import numpy as np
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.errors import Refusal
+from unstructured_mg.geometry.morton import morton_order
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.geometry.tets import tet_volumes
 from unstructured_mg.matching.candidates import Candidate
@@ -67,6 +68,7 @@ class TemplateTracker:
             np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), 1), axis=0
         )
         self._lengths = self._edge_lengths(self.surface.vertices)
+        self._order = morton_order(self.surface.vertices[faces].sum(axis=1))
 
     def _edge_lengths(self, vertices: np.ndarray) -> np.ndarray:
         return np.linalg.norm(vertices[self._edges[:, 0]] - vertices[self._edges[:, 1]], axis=1)
@@ -111,7 +113,7 @@ class TemplateTracker:
         cage = self.cage
         _, rotations = self.registrar.system.rotations(fitted)
         residual = residual_of(vertices, fitted, cage.tets, cage.tet_of_vertex, cage.weights, rotations)
-        distance = surface_distance(vertices, self.registrar.faces, self.registrar.areas, target)
+        distance = surface_distance(vertices, self.registrar.faces, self.registrar.areas, target, self._order)
         inverted = int((tet_volumes(fitted, cage.tets) <= 0).sum())
         return TrackedState(cage_vertices, fitted, vertices, residual, distance, inverted, self.strain(vertices))
 
