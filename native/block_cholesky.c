@@ -32,33 +32,85 @@ static void subtract_columns(double *restrict row, const double *restrict left, 
     }
 }
 
+/* subtract_columns for two rows at once, which read the panel once; the second row is one longer. */
+UMG_VECTORISED
+static void subtract_from_two(double *restrict row, double *restrict below, const double *restrict left,
+                              const double *restrict under, const double *restrict panel, Py_ssize_t stride, Py_ssize_t columns,
+                              Py_ssize_t length) {
+    Py_ssize_t k = 0;
+    for (; k + 4 <= columns; k += 4) {
+        const double a = left[k], b = left[k + 1], c = left[k + 2], d = left[k + 3];
+        const double e = under[k], f = under[k + 1], g = under[k + 2], h = under[k + 3];
+        const double *restrict p = panel + k * stride, *restrict q = p + stride, *restrict r = q + stride, *restrict s = r + stride;
+        for (Py_ssize_t j = 0; j < length; j++) {
+            row[j] -= (a * p[j] + b * q[j]) + (c * r[j] + d * s[j]);
+            below[j] -= (e * p[j] + f * q[j]) + (g * r[j] + h * s[j]);
+        }
+        below[length] -= (e * p[length] + f * q[length]) + (g * r[length] + h * s[length]);
+    }
+    for (; k < columns; k++) {
+        const double a = left[k], e = under[k];
+        const double *restrict p = panel + k * stride;
+        for (Py_ssize_t j = 0; j < length; j++) {
+            row[j] -= a * p[j];
+            below[j] -= e * p[j];
+        }
+        below[length] -= e * p[length];
+    }
+}
+
+/* Sum of products in one fixed order: four sums side by side. */
+UMG_VECTORISED
+static double product(const double *restrict a, const double *restrict b, Py_ssize_t length) {
+    double sum[4] = {0, 0, 0, 0};
+    Py_ssize_t k = 0;
+    for (; k + 4 <= length; k += 4)
+        for (int i = 0; i < 4; i++)
+            sum[i] += a[k + i] * b[k + i];
+    for (; k < length; k++)
+        sum[0] += a[k] * b[k];
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+UMG_VECTORISED
+static void scale(double *restrict row, double factor, Py_ssize_t length) {
+    for (Py_ssize_t j = 0; j < length; j++)
+        row[j] *= factor;
+}
+
 /* Factor the first `width` columns of the n x n lower triangle (row-major) and update the rest. `panel` holds width x n.
- * Columns are taken in strips, so that most of the work is in subtract_columns. Returns 0 where a pivot is not positive. */
+ * Columns are taken in strips; below a strip's own triangle all work is on rows of the panel, its transpose, so that nearly
+ * everything is in the vectorised subtractions. Returns 0 where a pivot is not positive. */
 static int factor_front(double *front, Py_ssize_t n, Py_ssize_t width, double *panel) {
     enum { STRIP = 24 };
     for (Py_ssize_t begin = 0; begin < width; begin += STRIP) {
         Py_ssize_t end = begin + STRIP < width ? begin + STRIP : width;
+        for (Py_ssize_t i = end; i < n; i++)
+            for (Py_ssize_t k = begin; k < end; k++)
+                panel[k * n + i] = front[i * n + k];
         for (Py_ssize_t k = begin; k < end; k++) {
+            const double *own = front + k * n + begin;
+            for (Py_ssize_t i = k; i < end; i++)
+                front[i * n + k] -= product(front + i * n + begin, own, k - begin);
             double pivot = front[k * n + k];
             if (!(pivot > 0))
                 return 0;
             pivot = sqrt(pivot);
             front[k * n + k] = pivot;
-            double *column = panel + k * n;
             double inverse = 1 / pivot;
-            for (Py_ssize_t i = k + 1; i < n; i++) {
-                column[i] = front[i * n + k] * inverse;
-                front[i * n + k] = column[i];
-            }
-            for (Py_ssize_t i = k + 1; i < n; i++) {
-                double value = column[i];
-                double *row = front + i * n;
-                Py_ssize_t stop = i + 1 < end ? i + 1 : end;
-                for (Py_ssize_t j = k + 1; j < stop; j++)
-                    row[j] -= value * column[j];
-            }
+            for (Py_ssize_t i = k + 1; i < end; i++)
+                front[i * n + k] *= inverse;
+            subtract_columns(panel + k * n + end, own, panel + begin * n + end, n, k - begin, n - end);
+            scale(panel + k * n + end, inverse, n - end);
         }
         for (Py_ssize_t i = end; i < n; i++)
+            for (Py_ssize_t k = begin; k < end; k++)
+                front[i * n + k] = panel[k * n + i];
+        Py_ssize_t i = end;
+        for (; i + 1 < n; i += 2)
+            subtract_from_two(front + i * n + end, front + (i + 1) * n + end, front + i * n + begin, front + (i + 1) * n + begin,
+                              panel + begin * n + end, n, end - begin, i + 1 - end);
+        for (; i < n; i++)
             subtract_columns(front + i * n + end, front + i * n + begin, panel + begin * n + end, n, end - begin, i + 1 - end);
     }
     return 1;
@@ -120,16 +172,10 @@ static void solve_all(const Fronts *f, const int32_t *node, const int64_t *node_
         const double *l = factor + f->factor_start[s];
         double *own = x + 3 * (Py_ssize_t)index[0];
         for (Py_ssize_t i = 0; i < width; i++) {
-            double sum = own[i];
-            for (Py_ssize_t k = 0; k < i; k++)
-                sum -= l[i * width + k] * own[k];
-            own[i] = sum / l[i * width + i];
+            own[i] = (own[i] - product(l + i * width, own, i)) / l[i * width + i];
         }
         for (Py_ssize_t i = width; i < n; i++) {
-            double sum = 0;
-            for (Py_ssize_t k = 0; k < width; k++)
-                sum += l[i * width + k] * own[k];
-            x[3 * (Py_ssize_t)index[i / 3] + i % 3] -= sum;
+            x[3 * (Py_ssize_t)index[i / 3] + i % 3] -= product(l + i * width, own, width);
         }
     }
     for (Py_ssize_t s = f->count - 1; s >= 0; s--) {
@@ -139,9 +185,7 @@ static void solve_all(const Fronts *f, const int32_t *node, const int64_t *node_
         double *own = x + 3 * (Py_ssize_t)index[0];
         for (Py_ssize_t i = 0; i < n; i++)
             local[i] = x[3 * (Py_ssize_t)index[i / 3] + i % 3];
-        for (Py_ssize_t i = n - 1; i >= width; i--)
-            for (Py_ssize_t k = 0; k < width; k++)
-                local[k] -= l[i * width + k] * local[i];
+        subtract_columns(local, local + width, l + width * width, width, n - width, width);
         for (Py_ssize_t i = width - 1; i >= 0; i--) {
             local[i] /= l[i * width + i];
             for (Py_ssize_t k = 0; k < i; k++)
