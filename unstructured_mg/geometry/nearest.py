@@ -1,4 +1,4 @@
-"""Nearest points on a mesh for many points at once, again and again: a tree that is cheap to build and takes guesses."""
+"""Nearest points on a mesh for many points again and again: a tree that is cheap to build and takes guesses."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class NearestPoints:
         a, b, c = (vertices[corner] for corner in faces[order].T)
         self._corners = np.ascontiguousarray(np.concatenate([a, b - a, c - a], axis=1))
         low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        levels = []
+        levels: list[np.ndarray] = []
         while not levels or len(low) > 1:
             padding = np.full((-len(low) % _WIDE, 3), np.inf)
             # A box that is not there is infinitely far away.
