@@ -18,6 +18,7 @@ lint: .venv/ready-lint
 	$(BIN)/mypy
 
 sanitize: .venv/ready-test  ## The tests of the compiled part under the address and undefined-behaviour sanitizers
+	$(BIN)/python -m pip install --quiet 'setuptools>=77'
 	rm -rf build/sanitize && mkdir -p build/sanitize
 	cp -r pyproject.toml setup.py README.md LICENSE native unstructured_mg tests build/sanitize/
 	rm -f build/sanitize/unstructured_mg/*.so
