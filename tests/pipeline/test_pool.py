@@ -4,6 +4,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from unstructured_mg.pipeline.pool import SINGLE_THREAD, Pool
 
 
@@ -44,3 +46,36 @@ def test_workers_end_when_their_parent_is_killed():
         time.sleep(0.1)
     os.kill(worker, signal.SIGKILL)
     raise AssertionError("the worker outlived its parent by ten seconds")
+
+
+def test_a_killed_pool_leaves_no_worker_and_waits_for_none():
+    started = time.perf_counter()
+    pool = Pool(1)
+    worker = pool.submit(os.getpid).result()
+    stuck = pool.submit(time.sleep, 100)
+    pool.kill()
+    assert stuck.cancelled() or stuck.exception() is not None
+    assert time.perf_counter() - started < 60
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+
+
+def test_workers_do_not_see_an_interrupt():
+    """Ctrl-C goes to all processes of a terminal: here, to the group of a script and its worker, before the worker has
+    even started."""
+    script = "\n".join(
+        [
+            "import os, signal",
+            "from unstructured_mg.pipeline.pool import Pool",
+            "if __name__ == '__main__':",
+            "    with Pool(1) as pool:",
+            "        answer = pool.submit(os.getpid)",
+            "        try:",
+            "            os.killpg(0, signal.SIGINT)",
+            "            answer.result()",
+            "        except KeyboardInterrupt:",
+            "            print(answer.result() > 0)",
+        ]
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, start_new_session=True)
+    assert (done.stdout, done.stderr, done.returncode) == ("True\n", "", 0)

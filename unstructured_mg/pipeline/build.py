@@ -4,7 +4,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,7 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
     if work.resolve().is_relative_to(folder.resolve()):
         raise UserError(f"{work}: lies inside the capture; give a work folder outside {folder}.")
     store = Store(work)
+    existed = work.exists()
     store.create()
     with FolderLock(work), Pool(workers) as pool:
         store.clear_scratch()
@@ -51,9 +52,18 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
             matching = _match(store, pool, capture, options, progress, timings)
             outcomes = _pairs(store, pool, capture, matching, options, progress, timings)
             _graph(store, capture, matching, outcomes, options, progress, timings)
+        except BaseException:
+            pool.kill()  # before scratch is cleared, or workers would go on writing there
+            if store.empty():
+                store.withdraw(existed)
+            else:
+                with suppress(OSError):  # what went wrong counts, not that its times cannot be kept
+                    timings.save()
+            raise
         finally:
-            timings.save()
             shutil.rmtree(store.scratch, ignore_errors=True)
+        with user_errors(work):
+            timings.save()
         for name in store.damaged:
             progress.note(f"{name} was damaged and has been made again.")
 

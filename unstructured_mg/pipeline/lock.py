@@ -6,6 +6,7 @@ from pathlib import Path
 from types import TracebackType
 
 from unstructured_mg.errors import UserError
+from unstructured_mg.pipeline.store import user_errors
 
 
 class FolderLock:
@@ -16,7 +17,8 @@ class FolderLock:
         self._descriptor: int | None = None
 
     def __enter__(self) -> "FolderLock":
-        descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        with user_errors(self.path):
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
             _lock(descriptor)
         except OSError:

@@ -47,6 +47,19 @@ class Store:
             if found is None or found.get("format") != FORMAT:
                 raise UserError(f"{marker}: was written by another version of umg; build into a new folder.")
 
+    def empty(self) -> bool:
+        """Whether nothing was ever committed here."""
+        return not (self.root / "manifests").exists()
+
+    def withdraw(self, keep_folder: bool) -> None:
+        """Take back what ``create`` made, where nothing came of it. Only the holder of the lock may call this."""
+        with contextlib.suppress(OSError):
+            shutil.rmtree(self.scratch, ignore_errors=True)
+            for name in ("timings.json", "lock", "work.json"):
+                (self.root / name).unlink(missing_ok=True)
+            if not keep_folder:
+                self.root.rmdir()
+
     def clear_scratch(self) -> None:
         """Remove what a killed writer left. Only the holder of the lock may call this."""
         with user_errors(self.scratch):
@@ -153,7 +166,9 @@ def user_errors(path: Path) -> Iterator[None]:
             errno.EPERM: "give a folder that you may write to",
             errno.EROFS: "give a folder on a disk that can be written",
         }
-        remedy = remedies.get(error.errno or 0, "mend that and run the same command again: finished work is kept")
+        # NumPy tells of a full disk in words alone.
+        code = error.errno or (errno.ENOSPC if "free space" in str(error) else 0)
+        remedy = remedies.get(code, "mend that and run the same command again: finished work is kept")
         raise UserError(f"{path}: {error.strerror or error}; {remedy}.") from error
 
 
