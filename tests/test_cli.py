@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 
 def umg(*arguments, **options):
     command = [sys.executable, "-c", "from unstructured_mg.cli import main; main()", *map(str, arguments)]
@@ -27,6 +29,7 @@ def test_no_frames_is_one_sentence_and_nothing_is_written(tmp_path):
     (tmp_path / "capture").mkdir()
     (tmp_path / "capture" / "notes.txt").write_text("no frames here")
     assert_one_sentence(umg("build", tmp_path / "capture", "-o", tmp_path / "work"), str(tmp_path / "capture"))
+    assert not (tmp_path / "work").exists()
     assert_one_sentence(umg("inspect", tmp_path / "capture"), str(tmp_path / "capture"))
 
 
@@ -34,7 +37,9 @@ def test_only_bad_frames_is_one_sentence(tmp_path):
     (tmp_path / "capture").mkdir()
     for number in range(3):
         (tmp_path / "capture" / f"frame_{number}.obj").write_text("v 0 0 0\nf 1 2 9\n")
+    (tmp_path / "work").mkdir()
     assert_one_sentence(umg("build", tmp_path / "capture", "-o", tmp_path / "work"), str(tmp_path / "capture"))
+    assert list((tmp_path / "work").iterdir()) == []
 
 
 def test_a_bad_word_names_the_option_and_the_choices(tmp_path):
@@ -46,3 +51,20 @@ def test_a_bad_word_names_the_option_and_the_choices(tmp_path):
 def test_what_is_no_work_folder_is_said_so(tmp_path):
     for command in (["walk", tmp_path, "--frames", 3, "-o", tmp_path / "out"], ["report", tmp_path]):
         assert_one_sentence(umg(*command), "is not a work folder", "umg build")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["dance"], ["dance", "umg --help"]),
+        (["build", "capture", "-o", "work", "--window", "wide"], ["--window", "wide", "umg build --help"]),
+        (["build", "capture"], ["--output", "umg build --help"]),
+        (["build", "capture", "-o", "work", "--unit", "furlong"], ["--unit", "furlong", "inch"]),
+        (["walk", "work", "--frames", "0", "-o", "out"], ["--frames", "umg walk --help"]),
+        (["walk", "work", "--frames", "9", "-o", "out", "--fast"], ["--fast", "umg walk --help"]),
+    ],
+)
+def test_misuse_is_one_sentence(tmp_path, arguments, words):
+    places = {"capture", "work", "out"}
+    assert_one_sentence(umg(*(tmp_path / word if word in places else word for word in arguments)), *words)
+    assert list(tmp_path.iterdir()) == []

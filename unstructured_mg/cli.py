@@ -3,13 +3,15 @@
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 from unstructured_mg.pipeline.pool import single_thread
 
 single_thread()  # before NumPy comes in with the rooms
 
-from cyclopts import App, Parameter, validators  # noqa: E402
+from concurrent.futures.process import BrokenProcessPool  # noqa: E402
+
+from cyclopts import App, CycloptsError, Parameter, validators  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from unstructured_mg import __version__  # noqa: E402
@@ -35,7 +37,7 @@ def inspect(
     /,
     *,
     fps: float | None = None,
-    unit: float | None = None,
+    unit: str | None = None,
     up: str | None = None,
     floor: float | None = None,
     json: Path | None = None,
@@ -50,7 +52,7 @@ def inspect(
     fps
         Frames a second, where the capture does not say it.
     unit
-        Metres per unit of the capture, in place of what is detected.
+        The capture's unit (m, dm, cm, mm, inch, foot, or metres as a number), in place of what is detected.
     up
         The capture's up axis: x, y or z, with a minus where it points down.
     floor
@@ -63,16 +65,16 @@ def inspect(
     from unstructured_mg.capture.inspect import inspect_capture
     from unstructured_mg.capture.inspect_text import inspection_renderable
     from unstructured_mg.capture.reader import open_capture
+    from unstructured_mg.pipeline.options import capture_options
     from unstructured_mg.pipeline.pool import Pool
     from unstructured_mg.pipeline.progress import StageProgress
 
+    given = capture_options(fps, unit, up, floor)
     console = Console()
     progress = StageProgress(console)
     with Pool(workers or _cores()) as pool:
         with progress.stage("reading frames") as advance:
-            opened = open_capture(
-                capture, fps=fps, unit=unit, up=up, floor=floor, executor=pool.executor, progress=advance
-            )
+            opened = open_capture(capture, **given, executor=pool.executor, progress=advance)
         with progress.stage("inspecting frames") as advance:
             inspection = inspect_capture(opened, executor=pool.executor, progress=advance)
     console.print(inspection_renderable(inspection))
@@ -92,7 +94,7 @@ def build(
     *,
     output: Output,
     fps: float | None = None,
-    unit: float | None = None,
+    unit: str | None = None,
     up: str | None = None,
     floor: float | None = None,
     window: Annotated[int, Parameter(validator=AtLeastOne)] = 10,
@@ -116,7 +118,7 @@ def build(
     fps
         Frames a second, where the capture does not say it.
     unit
-        Metres per unit of the capture, in place of what is detected.
+        The capture's unit (m, dm, cm, mm, inch, foot, or metres as a number), in place of what is detected.
     up
         The capture's up axis: x, y or z, with a minus where it points down.
     floor
@@ -141,16 +143,13 @@ def build(
         Worker processes; as many as there are cores unless given.
     """
     from unstructured_mg.pipeline.build import build as run
-    from unstructured_mg.pipeline.options import build_options
+    from unstructured_mg.pipeline.options import build_options, capture_options
     from unstructured_mg.pipeline.progress import StageProgress
     from unstructured_mg.pipeline.summary import print_summary
     from unstructured_mg.pipeline.work import open_work
 
     options = build_options(
-        fps=fps,
-        unit=unit,
-        up=up,
-        floor=floor,
+        **capture_options(fps, unit, up, floor),
         window=window,
         threshold=threshold,
         cage=cage,
@@ -290,13 +289,29 @@ def demo(folder: Path, /, *, workers: Workers = None) -> None:
 def main() -> None:
     """Run the command line; what the user must mend ends it with one sentence and exit code 2."""
     try:
-        app()
+        app(exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        error.verbose = False  # its text for users, without the place in our code
+        _fail(f"{' '.join(str(error).split()).rstrip('.')}; see {_usage(error)}.")
     except UserError as error:
-        print(f"umg: {error}", file=sys.stderr)
-        sys.exit(2)
+        _fail(str(error))
+    except BrokenProcessPool:
+        _fail("a worker process died, most likely for want of memory; run again with fewer --workers.")
+    except MemoryError:
+        _fail("there is not enough memory; close other programs, or run again with fewer --workers.")
     except KeyboardInterrupt:
         print("umg: stopped; run the same command again to go on where it stopped.", file=sys.stderr)
         sys.exit(130)
+
+
+def _fail(sentence: str) -> NoReturn:
+    print(f"umg: {sentence}", file=sys.stderr)
+    sys.exit(2)
+
+
+def _usage(error: CycloptsError) -> str:
+    """The command that explains what was asked for in vain."""
+    return " ".join(["umg", *(error.command_chain or ()), "--help"])
 
 
 def _cores() -> int:

@@ -5,7 +5,7 @@ import pytest
 
 from unstructured_mg import cli
 from unstructured_mg.errors import UserError
-from unstructured_mg.pipeline.options import NAMES, ROOMS, BuildOptions, build_options
+from unstructured_mg.pipeline.options import NAMES, ROOMS, BuildOptions, build_options, capture_options
 
 GIVEN = {
     "window": 4,
@@ -42,3 +42,24 @@ def test_the_command_line_has_no_word_that_is_ignored():
 def test_a_bad_value_is_called_by_the_command_lines_word(word, value):
     with pytest.raises(UserError, match=f"^--{word}: expected"):
         build_options(**{word: value})
+
+
+@pytest.mark.parametrize(("word", "metres"), [("dm", 0.1), ("inch", 0.0254), ("0.25", 0.25), (None, None)])
+def test_a_unit_is_a_name_or_a_number(word, metres):
+    assert capture_options(None, word, None, None)["unit"] == metres
+
+
+@pytest.mark.parametrize(
+    ("given", "option"),
+    [
+        ((0.0, None, None, None), "--fps"),
+        ((None, "furlong", None, None), "--unit"),
+        ((None, "0", None, None), "--unit"),
+        ((None, "nan", None, None), "--unit"),
+        ((None, None, "up", None), "--up"),
+        ((None, None, None, float("inf")), "--floor"),
+    ],
+)
+def test_a_refusal_names_the_option(given, option):
+    with pytest.raises(UserError, match=f"^{option} is .*; give "):
+        capture_options(*given)

@@ -1,8 +1,11 @@
 """Everything that a build can be told."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from unstructured_mg.capture.placement import UNITS
+from unstructured_mg.capture.sidecar import check_floor, check_fps, check_unit, check_up
 from unstructured_mg.errors import UserError
 from unstructured_mg.graph.options import GraphOptions
 from unstructured_mg.matching.options import MatchingOptions
@@ -47,6 +50,21 @@ ROOMS = {
     "synthesis": SynthesisOptions,
     "graph": GraphOptions,
 }
+
+
+def capture_options(fps: float | None, unit: str | None, up: str | None, floor: float | None) -> dict[str, Any]:
+    """What the command line says of a capture, checked before any frame is read; UserErrors name the option."""
+    number: float | str | None = unit
+    if unit is not None and unit not in UNITS:
+        with suppress(ValueError):  # what is neither a name nor a number is refused below
+            number = float(unit)
+    checks = (
+        ("fps", check_fps, fps),
+        ("unit", check_unit, number),
+        ("up", check_up, up),
+        ("floor", check_floor, floor),
+    )
+    return {name: None if value is None else check(value, f"--{name}") for name, check, value in checks}
 
 
 def build_options(**given: Any) -> BuildOptions:
