@@ -1,5 +1,6 @@
 """``umg report``: a work folder's pictures and its page."""
 
+import shutil
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from unstructured_mg import __version__
-from unstructured_mg.errors import Refusal
+from unstructured_mg.errors import Refusal, UserError
 from unstructured_mg.graph.uniformity import obstacle_sentence
 from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.pipeline import tasks
@@ -31,11 +32,20 @@ def make_report(folder: Path, out: Path | None, workers: int, progress: StagePro
     """Render what is not rendered yet, and write the page to ``out`` (the work folder's report.html where None)."""
     work = open_work(folder)
     written = out or work.store.path("report.html")
+    if written.is_dir():
+        raise UserError(f"{written}: is a folder; give the name of the file to write with -o.")
+    if not written.parent.is_dir():
+        raise UserError(f"{written}: there is no folder {written.parent}; make it or give another file with -o.")
     with FolderLock(work.store.root), Pool(workers) as pool:
         work.store.clear_scratch()
-        with progress.stage("rendering pictures") as advance:
-            _render(work, pool, advance)
-        work.store.scratch.rmdir()
+        try:
+            with progress.stage("rendering pictures") as advance:
+                _render(work, pool, advance)
+        except BaseException:
+            pool.kill()  # before scratch is cleared, or workers would go on writing there
+            raise
+        finally:
+            shutil.rmtree(work.store.scratch, ignore_errors=True)
         with user_errors(written):
             write_report(report_data(work), written)
     return written
