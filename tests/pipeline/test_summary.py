@@ -1,9 +1,13 @@
 import io
 import json
+import shutil
+from dataclasses import replace
 
 import numpy as np
 from rich.console import Console
+from small_build import quiet
 
+from unstructured_mg.pipeline.build import build
 from unstructured_mg.pipeline.summary import _kind, print_summary, summarise
 from unstructured_mg.pipeline.work import open_work
 
@@ -39,3 +43,34 @@ def test_the_tables_are_printed(built):
     row = next(line for line in out.getvalue().splitlines() if "100" in line)
     cells = [cell.strip() for cell in row.strip("│ ").split("│")]
     assert cells == ["100", *map(str, (covered, tried, tried - 1)), "1", "2", "1"]
+
+
+def text_of(work):
+    """The summary as it stands in a log of 80 columns."""
+    console = Console(file=io.StringIO(), width=80)
+    print_summary(open_work(work), console)
+    return console.file.getvalue()
+
+
+def test_bad_frames_are_named_in_full_and_a_window_too_long_is_said_so(built, tmp_path):
+    folder = tmp_path / "a capture whose path is far wider than any column of the table"
+    shutil.copytree(built.capture, folder)
+    (folder / "frame_0050.obj").write_text("v 0 0 0 [/bold]\n")
+    options = replace(built.options, matching=replace(built.options.matching, k=40))
+    build(folder, tmp_path / "work", options, 2, quiet())
+    shown = text_of(tmp_path / "work")
+    assert "frame_0050.obj" in shown
+    assert "no two whole windows of 81 frames" in " ".join(shown.split())
+
+
+def test_transitions_that_close_no_loop_are_not_denied(built, tmp_path):
+    """A gap between the windows of the only pair: both transitions are there, and neither leads to the other."""
+    kept = next(row for row in open_work(built.work).outcomes if row["status"] == "kept")
+    between = (int(kept["source"]) + int(kept["target"])) // 2
+    folder = tmp_path / "capture"
+    shutil.copytree(built.capture, folder)
+    (folder / f"frame_{between:04d}.obj").unlink()
+    shutil.copytree(built.work, tmp_path / "work")
+    build(folder, tmp_path / "work", built.options, 2, quiet())
+    assert not open_work(tmp_path / "work").graph.cyclic
+    assert "Nothing loops: gaps" in " ".join(text_of(tmp_path / "work").split())

@@ -2,8 +2,10 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from unstructured_mg.pipeline.work import Work
@@ -50,13 +52,16 @@ def print_summary(work: Work, console: Console) -> None:
     """Print the tables of a finished work folder, and its capture's faults and warnings."""
     summary = summarise(work)
     for warning in work.capture.warnings:
-        console.print(f"[yellow]{warning}[/yellow]")
+        console.print(f"[yellow]{escape(warning)}[/yellow]")
     if work.capture.faults:
         faults = Table(title="Frames that could not be used", title_justify="left")
         for heading in ("file", "fault", "remedy"):
-            faults.add_column(heading)
+            faults.add_column(heading, overflow="fold")
         for fault in work.capture.faults:
-            faults.add_row(fault.file, fault.fault, fault.remedy)
+            file = Path(fault.file)
+            if file.is_relative_to(work.capture.folder):
+                file = file.relative_to(work.capture.folder)
+            faults.add_row(*(escape(text) for text in (file.as_posix(), fault.fault, fault.remedy)))
         console.print(faults)
     counts = Table(title="Frames and transitions", title_justify="left")
     for heading in ("frames", "in the graph", "candidates", "refused", "kept", "transitions", "in the graph"):
@@ -76,14 +81,20 @@ def print_summary(work: Work, console: Console) -> None:
     minutes.add_row("total", f"{sum(value for _, value in summary.minutes):.2f}")
     console.print(minutes)
     if not work.graph.cyclic:
-        console.print(_why_nothing_loops(work))
+        console.print(_why_nothing_loops(work), markup=False)
 
 
 def _why_nothing_loops(work: Work) -> str:
+    if work.graph.links:
+        return "Nothing loops: gaps, or the ends of clips, cut the way back from every transition; mend missing frames."
     nearest = work.matching.nearest[:3]
     if not nearest:
         gap = work.matching_options.minimum_gap_seconds
-        return f"Nothing loops: no two whole windows of a clip lie {gap:g} seconds apart."
+        frames = 2 * work.matching.dissimilarity.k + 1
+        return (
+            f"Nothing loops: no two whole windows of {frames} frames of a clip lie {gap:g} seconds apart; "
+            "give a smaller --window."
+        )
     pairs = ", ".join(
         f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({1000 * c.score:.0f} mm)"
         for c in nearest
