@@ -2,9 +2,11 @@ import hashlib
 import json
 
 import numpy as np
+import pytest
 import trimesh
 from small_build import quiet
 
+from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.export import export_walk
 from unstructured_mg.pipeline.work import open_work
 from unstructured_mg.playback.walk import random_walk
@@ -30,3 +32,11 @@ def test_a_walk_is_the_same_with_any_number_of_workers_and_names_its_graph(built
                                                                    tmp_path / "1" / "frame_00001.obj"))  # fmt: skip
     np.testing.assert_allclose(captured.triangles, exported.triangles, atol=1e-6)
     assert ours["frame_00001.jpg"] == (built.capture / first.path.name).with_suffix(".jpg").read_bytes()
+
+
+def test_nothing_is_exported_into_the_capture(built):
+    work = open_work(built.work)
+    walk = random_walk(work.graph, work.capture, 2, 0)
+    with pytest.raises(UserError, match="inside the capture"):
+        export_walk(work, walk, built.capture / "walk", True, 1, quiet())
+    assert not (built.capture / "walk").exists()

@@ -1,8 +1,10 @@
 import json
 import shutil
 
+import pytest
 from small_build import quiet
 
+from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.reporting import make_report, report_data
 from unstructured_mg.pipeline.work import open_work
 
@@ -34,3 +36,10 @@ def test_the_report_shows_what_the_work_folder_holds(built):
     name = work.capture.frame_id
     assert [(name(t.source), name(t.target), t.in_graph, t.cost, t.card) for t in data.transitions] == told
     assert [pair.status for pair in data.pairs] == [row["status"] for row in work.outcomes]
+
+
+def test_a_place_that_holds_no_file_is_refused_before_anything_is_rendered(built, tmp_path):
+    for place, fault in ((tmp_path, "is a folder"), (tmp_path / "nowhere" / "report.html", "there is no folder")):
+        with pytest.raises(UserError, match=fault):
+            make_report(built.work, place, 1, quiet())
+    assert list(tmp_path.iterdir()) == []
