@@ -3,6 +3,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
@@ -18,6 +19,7 @@ def test_workers_have_one_blas_thread_and_a_dead_one_can_be_replaced():
         assert pool.submit(thread_variables).result() == SINGLE_THREAD
         broken = pool.submit(os._exit, 3)
         assert broken.exception() is not None
+        assert isinstance(pool.submit(os.getpid).exception(), BrokenProcessPool)
         pool.restart()
         assert pool.submit(os.getpid).result() != os.getpid()
 

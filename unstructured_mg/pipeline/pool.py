@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from types import TracebackType
@@ -56,7 +57,13 @@ class Pool:
         self.executor: Executor = self._start()
 
     def submit(self, task: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        return self.executor.submit(task, *arguments)
+        """Start a task. Where a worker has died unnoticed, the future says so, as those before it do."""
+        try:
+            return self.executor.submit(task, *arguments)
+        except BrokenProcessPool as error:
+            future: Future[Any] = Future()
+            future.set_exception(error)
+            return future
 
     def restart(self) -> None:
         self.executor.shutdown(wait=False, cancel_futures=True)
