@@ -21,7 +21,6 @@ from unstructured_mg.pipeline.store import Store, user_errors
 
 # A stage's version changes when its code would make other results from the same inputs.
 VERSIONS = {"cages": 1, "pairs": 1, "transitions": 1}
-STRIKES = 2
 TRACEBACKS = "tracebacks"
 
 
@@ -37,7 +36,6 @@ class Outcome:
 class _Trial:
     index: int
     candidate: Candidate
-    strikes: int = 0
 
 
 class PairLoop:
@@ -55,6 +53,10 @@ class PairLoop:
         self.seconds = seconds
         self._running: dict[Future[tasks.TaskResult], tuple[_Trial, str]] = {}
         self._refusals: dict[int, Refusal] = {}
+        # Trials that were running when a worker died. Each is tried again by itself, which tells whose fault it was and
+        # leaves it all the memory.
+        self._suspects: list[_Trial] = []
+        self._alone = False
         self._report: Callable[[int, bool], None] = lambda index, accepted: None
 
     def run(self, candidates: tuple[Candidate, ...], advance: Advance) -> list[Outcome]:
@@ -68,7 +70,12 @@ class PairLoop:
         selection = GreedySelection(candidates, near, options.retries, options.max_pairs)
         self._report = selection.report
         while not selection.finished:
-            while len(self._running) < self.pool.workers and (index := selection.next()) is not None:
+            if not self._running:
+                self._alone = bool(self._suspects)
+                if self._suspects:
+                    self._step(self._suspects.pop(0), "cages")
+            room = 0 if self._alone or self._suspects else self.pool.workers
+            while len(self._running) < room and (index := selection.next()) is not None:
                 self._step(_Trial(index, candidates[index]), "cages")
             if self._running:
                 self._collect()
@@ -178,16 +185,14 @@ class PairLoop:
         self._after(trial, group, Refusal(result.refusal.stage, reason))
 
     def _restart(self, broken: list[_Trial]) -> None:
-        """A worker died and took the pool with it: every running trial starts again; twice is enough."""
+        """A worker died and took the pool with it."""
         wait(self._running)
         trials = broken + [trial for trial, _ in self._running.values()]
         self._running.clear()
         self.pool.restart()
-        for trial in sorted(trials, key=lambda trial: trial.index):
-            trial.strikes += 1
-            if trial.strikes >= STRIKES:
-                # Not stored: with more memory, or fewer workers, the next run may succeed.
-                reason = "its worker process died twice, most likely for want of memory: try fewer --workers"
-                self._after(trial, "cages", Refusal("tracking", reason))
-            else:
-                self._step(trial, "cages")
+        if self._alone:
+            # Not stored: with more memory the next run may succeed.
+            reason = "its worker process died twice, the second time by itself, most likely for want of memory"
+            self._after(trials[0], "cages", Refusal("tracking", reason))
+        else:
+            self._suspects.extend(sorted(trials, key=lambda trial: trial.index))
