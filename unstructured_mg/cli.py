@@ -3,7 +3,7 @@
 import os
 import sys
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 from unstructured_mg.pipeline.pool import single_thread
 
@@ -16,6 +16,10 @@ from rich.console import Console  # noqa: E402
 
 from unstructured_mg import __version__  # noqa: E402
 from unstructured_mg.errors import UserError  # noqa: E402
+
+if TYPE_CHECKING:
+    from unstructured_mg.pipeline.work import Work
+    from unstructured_mg.playback.walk import Walk
 
 app = App(
     name="umg",
@@ -195,18 +199,13 @@ def walk(
     workers
         Worker processes; as many as there are cores unless given.
     """
-    from unstructured_mg.pipeline.export import export_walk
-    from unstructured_mg.pipeline.progress import StageProgress
     from unstructured_mg.pipeline.work import open_work
     from unstructured_mg.playback.walk import random_walk
 
     opened = open_work(work)
     begin = None if start is None else opened.capture.index_of(start)
     found = random_walk(opened.graph, opened.capture, frames, seed, begin)
-    export_walk(opened, found, output, force, workers or _cores(), StageProgress(Console()))
-    if found.ended:
-        print(found.ended)
-    print(f"{len(found)} frames are in {output}")
+    _export(opened, found, output, force, workers)
 
 
 @app.command
@@ -237,17 +236,12 @@ def path(
     workers
         Worker processes; as many as there are cores unless given.
     """
-    from unstructured_mg.pipeline.export import export_walk
-    from unstructured_mg.pipeline.progress import StageProgress
     from unstructured_mg.pipeline.work import open_work
     from unstructured_mg.playback.walk import path_walk
 
     opened = open_work(work)
     found = path_walk(opened.graph, opened.capture, opened.capture.index_of(from_), opened.capture.index_of(to))
-    export_walk(opened, found, output, force, workers or _cores(), StageProgress(Console()))
-    if found.ended:
-        print(found.ended)
-    print(f"{len(found)} frames are in {output}")
+    _export(opened, found, output, force, workers)
 
 
 @app.command
@@ -312,6 +306,17 @@ def _fail(sentence: str) -> NoReturn:
 def _usage(error: CycloptsError) -> str:
     """The command that explains what was asked for in vain."""
     return " ".join(["umg", *(error.command_chain or ()), "--help"])
+
+
+def _export(work: "Work", walk: "Walk", output: Path, force: bool, workers: int | None) -> None:
+    """Write a walk's frames and say what came of it."""
+    from unstructured_mg.pipeline.export import export_walk
+    from unstructured_mg.pipeline.progress import StageProgress
+
+    export_walk(work, walk, output, force, workers or _cores(), StageProgress(Console()))
+    if walk.ended:
+        print(walk.ended)
+    print(f"{len(walk)} frames are in {output}")
 
 
 def _cores() -> int:

@@ -14,7 +14,7 @@ from unstructured_mg.capture.reader import open_capture
 from unstructured_mg.errors import UserError
 from unstructured_mg.graph.files import graph_to_json
 from unstructured_mg.graph.link import Link
-from unstructured_mg.graph.motion_graph import MotionGraph, build_graph
+from unstructured_mg.graph.motion_graph import build_graph
 from unstructured_mg.matching.files import read_matching, write_matching
 from unstructured_mg.matching.match import Matching, match
 from unstructured_mg.pipeline.lock import FolderLock
@@ -51,7 +51,7 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
             capture = _read(store, pool, folder, options, progress, timings)
             matching = _match(store, pool, capture, options, progress, timings)
             outcomes = _pairs(store, pool, capture, matching, options, progress, timings)
-            _graph(store, capture, matching, outcomes, options, progress, timings)
+            _graph(store, capture, outcomes, options, progress, timings)
         except BaseException:
             pool.kill()  # before scratch is cleared, or workers would go on writing there
             if store.empty():
@@ -150,12 +150,11 @@ def _pairs(
 def _graph(
     store: Store,
     capture: Capture,
-    matching: Matching,
     outcomes: list[Outcome],
     options: BuildOptions,
     progress: StageProgress,
     timings: Timings,
-) -> MotionGraph:
+) -> None:
     links, cards = [], {}
     for outcome in outcomes:
         if outcome.refusal is not None:
@@ -172,7 +171,6 @@ def _graph(
     keys = [(store.manifest(name) or {}).get("key") for name in transitions]
     inputs = {"stage": "graph", "stage_version": VERSIONS["graph"], "graph": asdict(options.graph), "transitions": keys}
     store.commit_json("graph.json", inputs, content)
-    return graph
 
 
 def _outcome_row(capture: Capture, outcome: Outcome) -> dict[str, Any]:
