@@ -1,9 +1,11 @@
+import dataclasses
 import json
 
 import numpy as np
 
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.synthesis.files import read_transition, step_name, write_transition
+from unstructured_mg.synthesis.texture_flow import TextureFlow
 from unstructured_mg.synthesis.transition import Transition
 
 
@@ -22,6 +24,12 @@ def transition(**changes):
         "colors": None,
         "alignment": PlanarRigid(0.1, -2.0, 3.0),
         "card": {"start": {"surface": 1.25}, "inverted_tets": None},
+        "flow": TextureFlow(
+            *(rng.normal(size=shape).astype(np.float32) for shape in ((5, 3), (5, 3), (6, 2))),
+            (b"a", b"b"),
+            ".jpg",
+            None,
+        ),
     }
     return Transition(**(given | changes))
 
@@ -33,22 +41,42 @@ def same(first, second):
         np.testing.assert_array_equal(a, b)
     for name in ("source", "target", "k", "textures", "texture_suffix", "alignment", "card"):
         assert getattr(first, name) == getattr(second, name)
+    assert (first.flow is None) == (second.flow is None)
+    if first.flow is not None:
+        for name in ("reference", "displacement", "uv_flow"):
+            a, b = getattr(first.flow, name), getattr(second.flow, name)
+            assert a.dtype == b.dtype == np.float32
+            np.testing.assert_array_equal(a, b)
+        for name in ("textures", "texture_suffix"):
+            assert getattr(first.flow, name) == getattr(second.flow, name)
 
 
 def test_what_is_written_is_read(tmp_path):
     write_transition(transition(), tmp_path / "a")
     same(read_transition(tmp_path / "a"), transition())
     assert (tmp_path / "a" / "step_-01.jpg").read_bytes() == b"one"
+    assert (tmp_path / "a" / "start.jpg").read_bytes() == b"a" and (tmp_path / "a" / "end.jpg").read_bytes() == b"b"
     assert json.loads((tmp_path / "a" / "card.json").read_text()) == transition().card
 
 
 def test_colours_instead_of_textures(tmp_path):
     colors = np.arange(45, dtype=np.uint8).reshape(3, 5, 3)
-    coloured = transition(colors=colors, textures=(), texture_suffix="")
+    ends = dataclasses.replace(
+        transition().flow, uv_flow=np.zeros((0, 2), np.float32), textures=(), texture_suffix="", colors=colors[:2]
+    )
+    coloured = transition(colors=colors, textures=(), texture_suffix="", flow=ends)
     write_transition(coloured, tmp_path)
     found = read_transition(tmp_path)
     same(found, coloured)
     np.testing.assert_array_equal(found.colors, colors)
+    np.testing.assert_array_equal(found.flow.colors, colors[:2])
+
+
+def test_without_colour_there_is_no_flow(tmp_path):
+    bare = transition(textures=(), texture_suffix="", flow=None)
+    write_transition(bare, tmp_path)
+    same(read_transition(tmp_path), bare)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["card.json", "geometry.npz"]
 
 
 def test_same_transition_same_bytes(tmp_path):

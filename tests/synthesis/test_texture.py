@@ -3,10 +3,12 @@ import io
 
 import numpy as np
 import pytest
+import scipy.ndimage as nd
 from PIL import Image as PillowImage
 from textured_pairs import ArrayCapture, ArrayTexture, grid, pattern, psnr, tracked_pair, tube
 
 from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.synthesis.texels import cover_texels, to_pixels
 from unstructured_mg.synthesis.texture import (
     build_texture_surface,
     encode_jpeg,
@@ -80,6 +82,56 @@ def test_every_step_shows_the_pattern_on_its_way(turning):
     assert 0.9 < measures["sharpness"] < 1.1 and fade.measures["sharpness"] < 0.9
 
 
+def warped_by_a_player(blend, faces, share):
+    """What a shader shows at ``share`` of the way: both end textures, looked up at uvs moved along the flow."""
+    flow = blend.flow
+    owner, weights, _ = cover_texels(to_pixels(blend.uv[blend.face_uv], SIZE, SIZE), SIZE, SIZE)
+    covered = owner >= 0
+    corners = blend.face_uv[owner[covered]]
+    second, third = weights[covered].T.astype(float)
+    corner_weights = np.stack([1 - second - third, second, third], axis=1)[:, :, None]
+    shown = np.zeros((SIZE, SIZE, 3))
+    for image, time, part in zip(flow.textures, (-share, 1 - share), (1 - share, share), strict=True):
+        place = ((blend.uv + time * flow.uv_flow)[corners] * corner_weights).sum(axis=1)
+        column, row = place[:, 0] * SIZE - 0.5, (1 - place[:, 1]) * SIZE - 0.5
+        pixels = pixels_of(image)
+        for c in range(3):
+            shown[covered, c] += part * nd.map_coordinates(pixels[:, :, c], [row, column], order=1, mode="nearest")
+    return shown
+
+
+def test_a_player_can_warp_both_ends_itself(turning):
+    capture, pair = turning
+    blend = synthesize_textures(capture, pair, 0, 1, 9, OPTIONS)
+    flow, inside = blend.flow, inside_charts()
+    truth = pixels_of(synthesize_textures(capture, pair, 1, 1, 1, OPTIONS).textures[0])
+    assert psnr(pixels_of(flow.textures[0])[inside], capture.meshes[0].textures[0].array[inside]) > 45
+    assert psnr(pixels_of(flow.textures[1])[inside], truth[inside]) > 45
+    # Beyond the atlas's own seam a lookup needs the other chart's rim: players see the margin only.
+    inner = np.abs((np.arange(SIZE) + 0.5) / SIZE - 0.5) < 0.37
+    inner = inner[:, None] & inner[None, :]
+    for step in (2, 5, 8):
+        assert (
+            psnr(warped_by_a_player(blend, pair.faces, step / 10)[inner], pixels_of(blend.textures[step - 1])[inner])
+            > 42
+        )
+    # The flow turns the tube by TURN about its axis, and says so in metres on the template and in its atlas.
+    vertices = pair.vertices[0]
+    np.testing.assert_allclose(flow.reference, vertices, atol=1e-6)
+    around = TURN * np.stack([-vertices[:, 1], vertices[:, 0], np.zeros(len(vertices))], axis=1)
+    middle = np.abs(vertices[:, 2] - 0.5) < 0.3
+    assert np.linalg.norm(flow.displacement - around, axis=1)[middle].mean() < 0.03 * 0.15 * TURN
+    middle = np.abs(blend.uv[:, 1] - 0.5) < 0.3
+    expected = [0.9 * TURN / (2 * np.pi), 0]
+    assert np.abs(flow.uv_flow[middle] - expected).mean() < 0.03 * expected[0]
+
+
+def test_a_cross_fade_has_no_flow_but_both_ends(turning):
+    blend = synthesize_textures(*turning, 0, 1, 1, dataclasses.replace(OPTIONS, method="crossfade"))
+    assert not blend.flow.displacement.any() and not blend.flow.uv_flow.any()
+    assert len(blend.flow.textures) == 2 and blend.flow.colors is None
+
+
 def test_a_frame_projected_onto_itself_stays_as_it_is(turning):
     capture, pair = turning
     blend = synthesize_textures(capture, pair, 0, 0, 1, dataclasses.replace(OPTIONS, quality=100))
@@ -128,6 +180,9 @@ def test_vertex_colours_are_moved_where_there_are_no_images():
     for i in (1, 2, 3):
         truth = painted_tube(96, 80, TURN * i / 4, colors=True).colors
         assert psnr(blend.colors[i - 1][~rim], truth[~rim]) > 35
+    assert blend.flow.textures == () and blend.flow.uv_flow.shape == (0, 2)
+    for found, mesh in zip(blend.flow.colors, (meshes[0], painted_tube(96, 80, TURN, colors=True)), strict=True):
+        assert psnr(found[~rim], mesh.colors[~rim]) > 50
 
 
 def test_without_any_colour_the_blend_is_empty():
@@ -135,6 +190,7 @@ def test_without_any_colour_the_blend_is_empty():
     pair = tracked_pair(np.stack([vertices] * 2), faces, np.zeros((0, 2)), np.zeros((0, 3), np.int32))
     blend = synthesize_textures(ArrayCapture([TexturedMesh(vertices, faces)] * 2), pair, 0, 1, 3, TextureOptions())
     assert blend.textures == () and blend.colors is None and blend.measures == {} and len(blend.uv) == 0
+    assert blend.flow is None
 
 
 @pytest.mark.parametrize("start, end, steps, name", [(-1, 1, 3, "start"), (0, 2, 3, "end"), (0, 1, 0, "steps")])

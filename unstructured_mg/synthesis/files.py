@@ -7,7 +7,11 @@ from typing import Any
 import numpy as np
 
 from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.synthesis.texture_flow import TextureFlow
 from unstructured_mg.synthesis.transition import Transition
+
+# The images of steps -k and k.
+END_NAMES = ("start", "end")
 
 
 def step_name(step: int) -> str:
@@ -17,6 +21,8 @@ def step_name(step: int) -> str:
 
 def write_transition(transition: Transition, folder: Path) -> None:
     """Write ``geometry.npz``, ``card.json`` and, where there are textures, ``step_-09.jpg`` ... into ``folder``.
+
+    Where there is a flow, ``flow.npz`` holds it, with ``start.jpg`` and ``end.jpg`` beside it where there are images.
 
     ``geometry.npz`` (never pickled) holds ``vertices``, ``faces``, ``uv``, ``face_uv``, ``alignment`` (yaw in
     radians, x and y in metres), ``window`` (source, target, k) and, where there are any, ``colors``. ``card.json`` is
@@ -36,7 +42,39 @@ def write_transition(transition: Transition, folder: Path) -> None:
     np.savez(folder / "geometry.npz", **arrays)  # type: ignore[arg-type]
     for step, image in zip(range(-transition.k + 1, transition.k), transition.textures, strict=False):
         (folder / (step_name(step) + transition.texture_suffix)).write_bytes(image)
+    if transition.flow is not None:
+        _write_flow(transition.flow, folder)
     (folder / "card.json").write_text(json.dumps(transition.card, indent=2, allow_nan=False) + "\n")
+
+
+def _write_flow(flow: TextureFlow, folder: Path) -> None:
+    arrays = {"reference": flow.reference, "displacement": flow.displacement, "uv_flow": flow.uv_flow}
+    if flow.colors is not None:
+        arrays["colors"] = flow.colors
+    np.savez(folder / "flow.npz", **arrays)  # type: ignore[arg-type]
+    for name, image in zip(END_NAMES, flow.textures, strict=False):
+        (folder / (name + flow.texture_suffix)).write_bytes(image)
+
+
+def read_flow(folder: Path) -> TextureFlow | None:
+    """Both end textures and the flow of what ``write_transition`` wrote; None where a transition has no colour."""
+    if not (folder / "flow.npz").exists():
+        return None
+    suffix = _suffix(folder, END_NAMES[0])
+    with np.load(folder / "flow.npz", allow_pickle=False) as arrays:
+        return TextureFlow(
+            arrays["reference"],
+            arrays["displacement"],
+            arrays["uv_flow"],
+            tuple((folder / (name + suffix)).read_bytes() for name in END_NAMES) if suffix else (),
+            suffix,
+            arrays["colors"] if "colors" in arrays.files else None,
+        )
+
+
+def _suffix(folder: Path, name: str) -> str:
+    """The ending of the image ``name`` in ``folder``, empty where there is none."""
+    return next((suffix for suffix in (".jpg", ".png") if (folder / (name + suffix)).exists()), "")
 
 
 def read_transition(folder: Path) -> Transition:
@@ -44,7 +82,7 @@ def read_transition(folder: Path) -> Transition:
     with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
         source, target, k = (int(number) for number in arrays["window"])
         names = [step_name(step) for step in range(-k + 1, k)]
-        suffix = next((s for s in (".jpg", ".png") if (folder / (names[0] + s)).exists()), "")
+        suffix = _suffix(folder, names[0])
         return Transition(
             source,
             target,
@@ -58,6 +96,7 @@ def read_transition(folder: Path) -> Transition:
             arrays["colors"] if "colors" in arrays.files else None,
             PlanarRigid(*(float(number) for number in arrays["alignment"])),
             json.loads((folder / "card.json").read_text()),
+            read_flow(folder),
         )
 
 

@@ -20,7 +20,7 @@ from unstructured_mg.synthesis.transition import Transition
 from unstructured_mg.synthesis.weights import WEIGHTS
 from unstructured_mg.tracking.pair import TrackedPair
 
-NO_TEXTURE = TextureBlend(np.zeros((0, 2)), np.zeros((0, 3), np.int32), (), "", None, {})
+NO_TEXTURE = TextureBlend(np.zeros((0, 2)), np.zeros((0, 3), np.int32), (), "", None, None, {})
 
 
 def synthesize(
@@ -125,6 +125,7 @@ def _transition(way: _Way, pair: TrackedPair, texture: TextureBlend, card: dict[
         texture.colors,
         way.alignment,
         card,
+        texture.flow,
     )
 
 

@@ -21,6 +21,7 @@ from unstructured_mg.synthesis.images import Image, captured_images, sample, spl
 from unstructured_mg.synthesis.project import project_colors, smooth_normals
 from unstructured_mg.synthesis.signals import fill_harmonic, vertex_signals
 from unstructured_mg.synthesis.texels import Texels, at_texels, locate_texels
+from unstructured_mg.synthesis.texture_flow import TextureFlow, uv_changes
 from unstructured_mg.synthesis.texture_options import TextureOptions
 from unstructured_mg.tracking.pair import TrackedPair
 
@@ -38,6 +39,7 @@ class TextureBlend:
     textures : encoded images, one a step; empty without images
     texture_suffix : ".jpg"
     colors : (steps, n, 3) uint8 where the capture has vertex colours and no images, else None
+    flow : both end textures and the flow between them, for players that warp; None without any colour
     measures : numbers for the quality card, JSON-ready; colour differences are mean absolute, in sRGB grey levels
     """
 
@@ -46,6 +48,7 @@ class TextureBlend:
     textures: tuple[bytes, ...]
     texture_suffix: str
     colors: np.ndarray | None
+    flow: TextureFlow | None
     measures: dict[str, Any]
 
 
@@ -121,17 +124,18 @@ def synthesize_textures(
     prepared = prepared or build_texture_surface(capture, pair, options)
     positions = [prepared.surface.lift @ pair.vertices[i] for i in (start, end)]
     if textured and prepared.texels is not None and prepared.atlas is not None:
-        return _blend_images(prepared, prepared.atlas, prepared.texels, meshes, positions, steps, options)
+        return _blend_images(pair, prepared, prepared.atlas, prepared.texels, meshes, positions, steps, options)
     if colored:
-        return _blend_colors(prepared, meshes, positions, steps, options)
+        return _blend_colors(pair, prepared, meshes, positions, steps, options)
     return _nothing()
 
 
 def _nothing() -> TextureBlend:
-    return TextureBlend(np.zeros((0, 2)), np.zeros((0, 3), np.int32), (), ".jpg", None, {})
+    return TextureBlend(np.zeros((0, 2)), np.zeros((0, 3), np.int32), (), ".jpg", None, None, {})
 
 
 def _blend_images(
+    pair: TrackedPair,
     prepared: TextureSurface,
     atlas: Atlas,
     texels: Texels,
@@ -144,7 +148,7 @@ def _blend_images(
     measures: dict[str, Any] = {}
     inside = np.zeros((atlas.height, atlas.width), bool)
     inside.reshape(-1)[texels.index[texels.inside]] = True
-    ends, signals, energies, sharp_ends = [], [], [], 0.0
+    ends, shown, signals, energies, sharp_ends = [], [], [], [], 0.0
     for name, mesh, position in zip(("start", "end"), meshes, positions, strict=True):
         images = captured_images(mesh, options.texture_size)
         normals = smooth_normals(position, surface.tracing.faces)
@@ -163,6 +167,7 @@ def _blend_images(
         flat = image.reshape(-1, 4)
         flat[texels.index, :3], flat[texels.index, 3] = colors.clip(0, 255), 1
         _native.fill_unknown(image, atlas.height, atlas.width)
+        shown.append(encode_jpeg((image[:, :, :3] + 0.5).astype(np.uint8), options.quality))
         energies.append(detail_energy(image[:, :, :3]))
         sharp_ends += gradient_energy(image[:, :, :3], inside) / 2
         end = spline_through(image)
@@ -178,10 +183,14 @@ def _blend_images(
     middle = blended[steps // 2] if steps % 2 else blended[steps // 2 - 1 : steps // 2 + 1].mean(axis=0)
     measures["sharpness"] = gradient_energy(middle, inside) / sharp_ends if sharp_ends > 0 else 1.0
     textures = tuple(encode_jpeg(image, options.quality) for image in blended)
-    return TextureBlend(atlas.uv, atlas.face_uv, textures, ".jpg", None, measures)
+    reference, displacement = _on_template(pair, prepared, flow)
+    uv_flow = uv_changes(reference, pair.faces, atlas.uv, atlas.face_uv, displacement)
+    ends_and_flow = TextureFlow(*_singles(reference, displacement, uv_flow), tuple(shown), ".jpg", None)
+    return TextureBlend(atlas.uv, atlas.face_uv, textures, ".jpg", None, ends_and_flow, measures)
 
 
 def _blend_colors(
+    pair: TrackedPair,
     prepared: TextureSurface,
     meshes: list[TexturedMesh],
     positions: list[np.ndarray],
@@ -200,8 +209,23 @@ def _blend_colors(
         measures[f"holes_{name}"] = float(1 - seen.mean())
     flow = _flow(prepared, signals, options, measures)
     colors = advect_vertices(prepared.solver, flow.corners, signals[0], signals[1], steps)
+    shown = (np.stack(signals)[:, surface.vertex_of] + 0.5).clip(0, 255).astype(np.uint8)
+    singles = _singles(*_on_template(pair, prepared, flow), np.zeros((0, 2)))
     nothing = _nothing()
-    return TextureBlend(nothing.uv, nothing.face_uv, (), ".jpg", colors[:, surface.vertex_of], measures)
+    return TextureBlend(
+        nothing.uv, nothing.face_uv, (), ".jpg", colors[:, surface.vertex_of],
+        TextureFlow(*singles, (), "", shown), measures,
+    )  # fmt: skip
+
+
+def _on_template(pair: TrackedPair, prepared: TextureSurface, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
+    """The template's shape (n, 3), and the flow there as displacements (n, 3); metres."""
+    field = np.einsum("na,nac->nc", flow.field, prepared.solver.fields.axes)
+    return pair.vertices[pair.template], field[prepared.surface.vertex_of]
+
+
+def _singles(*arrays: np.ndarray) -> list[np.ndarray]:
+    return [array.astype(np.float32) for array in arrays]
 
 
 def _flow(

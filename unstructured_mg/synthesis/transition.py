@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.synthesis.texture_flow import TextureFlow
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Transition:
     colors : (2k-1, n, 3) uint8, or None
     alignment : target's place to source's place
     card : the quality card, JSON-ready
+    flow : both end textures and the flow between them, for players that warp; None without any colour
     """
 
     source: int
@@ -42,3 +44,4 @@ class Transition:
     colors: np.ndarray | None
     alignment: PlanarRigid
     card: dict[str, Any]
+    flow: TextureFlow | None = None
