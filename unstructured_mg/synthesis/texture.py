@@ -183,9 +183,7 @@ def _blend_images(
     middle = blended[steps // 2] if steps % 2 else blended[steps // 2 - 1 : steps // 2 + 1].mean(axis=0)
     measures["sharpness"] = gradient_energy(middle, inside) / sharp_ends if sharp_ends > 0 else 1.0
     textures = tuple(encode_jpeg(image, options.quality) for image in blended)
-    reference, displacement = _on_template(pair, prepared, flow)
-    uv_flow = uv_changes(reference, pair.faces, atlas.uv, atlas.face_uv, displacement)
-    ends_and_flow = TextureFlow(*_singles(reference, displacement, uv_flow), tuple(shown), ".jpg", None)
+    ends_and_flow = _texture_flow(pair, prepared, flow, atlas, tuple(shown), None)
     return TextureBlend(atlas.uv, atlas.face_uv, textures, ".jpg", None, ends_and_flow, measures)
 
 
@@ -210,22 +208,31 @@ def _blend_colors(
     flow = _flow(prepared, signals, options, measures)
     colors = advect_vertices(prepared.solver, flow.corners, signals[0], signals[1], steps)
     shown = (np.stack(signals)[:, surface.vertex_of] + 0.5).clip(0, 255).astype(np.uint8)
-    singles = _singles(*_on_template(pair, prepared, flow), np.zeros((0, 2)))
+    ends_and_flow = _texture_flow(pair, prepared, flow, None, (), shown)
     nothing = _nothing()
-    return TextureBlend(
-        nothing.uv, nothing.face_uv, (), ".jpg", colors[:, surface.vertex_of],
-        TextureFlow(*singles, (), "", shown), measures,
-    )  # fmt: skip
+    moved = colors[:, surface.vertex_of]
+    return TextureBlend(nothing.uv, nothing.face_uv, (), ".jpg", moved, ends_and_flow, measures)
 
 
-def _on_template(pair: TrackedPair, prepared: TextureSurface, flow: Flow) -> tuple[np.ndarray, np.ndarray]:
-    """The template's shape (n, 3), and the flow there as displacements (n, 3); metres."""
+def _texture_flow(
+    pair: TrackedPair,
+    prepared: TextureSurface,
+    flow: Flow,
+    atlas: Atlas | None,
+    images: tuple[bytes, ...],
+    colors: np.ndarray | None,
+) -> TextureFlow:
+    """The flow on the template's vertices, with the end textures that it joins."""
+    reference = pair.vertices[pair.template]
     field = np.einsum("na,nac->nc", flow.field, prepared.solver.fields.axes)
-    return pair.vertices[pair.template], field[prepared.surface.vertex_of]
-
-
-def _singles(*arrays: np.ndarray) -> list[np.ndarray]:
-    return [array.astype(np.float32) for array in arrays]
+    displacement = field[prepared.surface.vertex_of]
+    uv_flow = np.zeros((0, 2))
+    if atlas is not None:
+        uv_flow = uv_changes(reference, pair.faces, atlas.uv, atlas.face_uv, displacement)
+    return TextureFlow(
+        reference.astype(np.float32), displacement.astype(np.float32), uv_flow.astype(np.float32), images,
+        ".jpg" if images else "", colors,
+    )  # fmt: skip
 
 
 def _flow(
