@@ -2,6 +2,7 @@
 
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -19,6 +20,7 @@ from unstructured_mg.errors import UserError  # noqa: E402
 
 if TYPE_CHECKING:
     from unstructured_mg.pipeline.work import Work
+    from unstructured_mg.playback.export_options import ExportOptions
     from unstructured_mg.playback.walk import Walk
 
 app = App(
@@ -32,7 +34,69 @@ app = App(
 Output = Annotated[Path, Parameter(name=["--output", "-o"])]
 AtLeastOne = validators.Number(gte=1)
 Workers = Annotated[int | None, Parameter(validator=AtLeastOne)]
-Force = Annotated[bool, Parameter(negative=())]
+Flag = Annotated[bool, Parameter(negative=())]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Export:
+    """What every subcommand that exports frames takes.
+
+    Attributes
+    ----------
+    output
+        A new or empty folder.
+    force
+        Replace an earlier export in the output folder.
+    format
+        What to write: obj (OBJ + MTL + image files).
+    fps
+        Frames a second; the capture's own unless given. The motion keeps its speed.
+    first_number
+        The number in the first file's name.
+    bounce
+        Play there and back again, so that the end joins the beginning.
+    hold
+        Hold the last frame (with --bounce the first one too) for so many frames more.
+    up
+        The up axis: x, y or z, with a minus where it points down; the capture's own unless given.
+    unit
+        The unit (m, dm, cm, mm, inch, foot, or metres as a number); the capture's own unless given.
+    texture_size
+        At most so many pixels along a texture's longer side.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+
+    output: Output
+    force: Flag = False
+    format: str = "obj"
+    fps: float | None = None
+    first_number: int = 1
+    bounce: Flag = False
+    hold: int = 0
+    up: str | None = None
+    unit: str | None = None
+    texture_size: int | None = None
+    workers: Workers = None
+
+    def options(self) -> "ExportOptions":
+        """The same, checked. A value that is no good is a UserError."""
+        from unstructured_mg.pipeline.options import export_options
+        from unstructured_mg.playback.export import find_format
+
+        options = export_options(
+            self.fps,
+            self.unit,
+            self.up,
+            format=self.format,
+            first_number=self.first_number,
+            bounce=self.bounce,
+            hold=self.hold,
+            texture_size=self.texture_size,
+        )
+        find_format(options)
+        return options
 
 
 @app.command
@@ -176,11 +240,9 @@ def walk(
     frames: Annotated[int, Parameter(validator=AtLeastOne)],
     seed: Annotated[int, Parameter(validator=validators.Number(gte=0, lt=2**32))] = 0,
     start: str | None = None,
-    output: Output,
-    force: Force = False,
-    workers: Workers = None,
+    export: Export,
 ) -> None:
-    """Export a random walk as OBJ + MTL + image frames with walk.json.
+    """Export a random walk with walk.json, which says where every frame comes from.
 
     Parameters
     ----------
@@ -192,20 +254,15 @@ def walk(
         The same seed gives the same walk.
     start
         Id of the captured frame to start at; the graph's first frame unless given.
-    output
-        A new or empty folder.
-    force
-        Replace an earlier export in the output folder.
-    workers
-        Worker processes; as many as there are cores unless given.
     """
     from unstructured_mg.pipeline.work import open_work
     from unstructured_mg.playback.walk import random_walk
 
+    options = export.options()
     opened = open_work(work)
     begin = None if start is None else opened.capture.index_of(start)
     found = random_walk(opened.graph, opened.capture, frames, seed, begin)
-    _export(opened, found, output, force, workers)
+    _export(opened, found, export, options)
 
 
 @app.command
@@ -215,11 +272,9 @@ def path(
     *,
     from_: Annotated[str, Parameter(name="--from")],
     to: str,
-    output: Output,
-    force: Force = False,
-    workers: Workers = None,
+    export: Export,
 ) -> None:
-    """Export the shortest path between two captured frames as OBJ + MTL + image frames with walk.json.
+    """Export the shortest path between two captured frames with walk.json, which says where every frame comes from.
 
     Parameters
     ----------
@@ -229,19 +284,14 @@ def path(
         Id of the first captured frame.
     to
         Id of the last captured frame.
-    output
-        A new or empty folder.
-    force
-        Replace an earlier export in the output folder.
-    workers
-        Worker processes; as many as there are cores unless given.
     """
     from unstructured_mg.pipeline.work import open_work
     from unstructured_mg.playback.walk import path_walk
 
+    options = export.options()
     opened = open_work(work)
     found = path_walk(opened.graph, opened.capture, opened.capture.index_of(from_), opened.capture.index_of(to))
-    _export(opened, found, output, force, workers)
+    _export(opened, found, export, options)
 
 
 @app.command
@@ -308,15 +358,16 @@ def _usage(error: CycloptsError) -> str:
     return " ".join(["umg", *(error.command_chain or ()), "--help"])
 
 
-def _export(work: "Work", walk: "Walk", output: Path, force: bool, workers: int | None) -> None:
+def _export(work: "Work", walk: "Walk", export: Export, options: "ExportOptions") -> None:
     """Write a walk's frames and say what came of it."""
-    from unstructured_mg.pipeline.export import export_walk
+    from unstructured_mg.pipeline.export import export_work
     from unstructured_mg.pipeline.progress import StageProgress
 
-    export_walk(work, walk, output, force, workers or _cores(), StageProgress(Console()))
+    progress = StageProgress(Console())
+    shown = export_work(work, walk, export.output, options, export.force, export.workers or _cores(), progress)
     if walk.ended:
         print(walk.ended)
-    print(f"{len(walk)} frames are in {output}")
+    print(f"{shown} frames are in {export.output}")
 
 
 def _cores() -> int:

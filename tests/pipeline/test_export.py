@@ -7,8 +7,9 @@ import trimesh
 from small_build import quiet
 
 from unstructured_mg.errors import UserError
-from unstructured_mg.pipeline.export import export_walk
+from unstructured_mg.pipeline.export import export_work
 from unstructured_mg.pipeline.work import open_work
+from unstructured_mg.playback.export_options import ExportOptions
 from unstructured_mg.playback.walk import random_walk
 
 
@@ -18,7 +19,7 @@ def test_a_walk_is_the_same_with_any_number_of_workers_and_names_its_graph(built
     # Starts where the transition is the only way on, so that both kinds of frames come.
     walk = random_walk(work.graph, work.capture, 12, 5, link.leaves)
     for workers in (1, 2):
-        export_walk(work, walk, tmp_path / str(workers), False, workers, quiet())
+        export_work(work, walk, tmp_path / str(workers), ExportOptions(), False, workers, quiet())
     ours, theirs = ({p.name: p.read_bytes() for p in (tmp_path / str(n)).iterdir()} for n in (1, 2))
     assert ours == theirs
     told = json.loads(ours["walk.json"])
@@ -38,5 +39,5 @@ def test_nothing_is_exported_into_the_capture(built):
     work = open_work(built.work)
     walk = random_walk(work.graph, work.capture, 2, 0)
     with pytest.raises(UserError, match="inside the capture"):
-        export_walk(work, walk, built.capture / "walk", True, 1, quiet())
+        export_work(work, walk, built.capture / "walk", ExportOptions(), True, 1, quiet())
     assert not (built.capture / "walk").exists()

@@ -1,143 +1,38 @@
-import errno
-import json
 import re
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
-import pytest
-from moving_toy import FACE_UV, FACES, UV, load_transition, moving_capture, moving_links, placed
+import trimesh
+from export_frames import FACE_UV, FACES, UV, VERTICES, export_frame, picture, write
+from PIL import Image
 
-from unstructured_mg.capture.mesh import Texture
-from unstructured_mg.errors import UserError
-from unstructured_mg.graph.motion_graph import build_graph
-from unstructured_mg.playback import export_obj as module
-from unstructured_mg.playback.export_obj import export_obj
-from unstructured_mg.playback.stream import posed_frames
-from unstructured_mg.playback.walk import random_walk
+from unstructured_mg.playback.export_obj import OBJ
 
-LINKS = moving_links((20, 68), (30, 54))
+TURN = np.array([[0.0, 0, 1, 3], [0, 1, 0, 0], [-1, 0, 0, 4], [0, 0, 0, 1]])
 
 
-def prepared(tmp_path, frames=40, textures=("a.jpg",), **space):
-    handles = []
-    for name in textures:
-        (tmp_path / name).write_bytes(b"bytes of " + name.encode())
-        handles.append(Texture(tmp_path / name))
-    capture = moving_capture(100, textures=tuple(handles), **space)
-    walk = random_walk(build_graph(capture, LINKS), capture, frames, 4, start=50)
-    return capture, walk
-
-
-def export(tmp_path, capture, walk, out=None, **options):
-    out = out or tmp_path / "out"
-    export_obj(posed_frames(walk, capture, load_transition), capture, walk, out, **options)
-    return out
-
-
-def read_obj(path):
-    rows = [line.split() for line in path.read_text().splitlines()]
-    vertices, uv = ([[float(x) for x in row[1:]] for row in rows if row[0] == kind] for kind in ("v", "vt"))
-    corners = np.array([[c.split("/") for c in row[1:]] for row in rows if row[0] == "f"], int) - 1
-    return np.array(vertices), np.array(uv), corners[..., 0], corners[..., 1]
-
-
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
-def test_what_is_written_is_the_walk_in_the_captures_own_space(tmp_path):
-    capture, walk = prepared(tmp_path, unit=0.01, up="y", floor=3.0)
-    out = export(tmp_path, capture, walk)
-    data = json.loads((out / "walk.json").read_text())
-    assert (data["fps"], data["unit"], data["up"], data["seed"], data["kind"]) == (30.0, 0.01, "y", 4, "random")
-    assert data["floor"] == pytest.approx(3.0)
-    assert data["ended"] is None and data["start"] == capture.frame_id(50)
-    from_metres = np.linalg.inv(capture.to_metres())
-    own = lambda p: p @ from_metres[:3, :3].T + from_metres[:3, 3]  # noqa: E731
-    assert [entry["file"] for entry in data["frames"]] == [f"frame_{i:05d}.obj" for i in range(1, 41)]
-    sources = set()
-    for time, entry in enumerate(data["frames"], start=50):
-        vertices, uv, faces, face_uv = read_obj(out / entry["file"])
-        np.testing.assert_allclose(vertices, own(placed(time)), atol=1e-6)
-        np.testing.assert_array_equal(uv, UV)
-        np.testing.assert_array_equal(faces, FACES)
-        np.testing.assert_array_equal(face_uv, FACE_UV)
-        sources.add(entry["source"])
-        if entry["source"] == "capture":
-            assert set(entry) == {"file", "source", "frame", "world"}
-            place, picture = placed(capture.index_of(entry["frame"])), (".jpg", b"bytes of a.jpg")
-        else:
-            assert set(entry) == {"file", "source", "transition", "step", "world"}
-            source, target = (capture.index_of(entry["transition"][end]) for end in ("source", "target"))
-            place, picture = placed(source + entry["step"]), (".png", f"{source}-{target}{entry['step']:+d}".encode())
-        world = np.array(entry["world"])
-        np.testing.assert_allclose(own(place) @ world[:3, :3].T + world[:3, 3], vertices, atol=1e-6)
-        stem = out / entry["file"]
-        assert stem.with_suffix(picture[0]).read_bytes() == picture[1]
-        assert f"map_Kd {stem.with_suffix(picture[0]).name}\n" in stem.with_suffix(".mtl").read_text()
-    assert sources == {"capture", "transition"}
-    assert len(list(out.iterdir())) == 3 * 40 + 1
+def test_trimesh_reads_what_was_written(tmp_path):
+    texture = picture((30, 140, 60), ".jpg")
+    files = write(OBJ, tmp_path, [export_frame(0, (texture,)), export_frame(1, (texture,), world=TURN)])
+    assert files == ["frame_00001.obj", "frame_00002.obj"]
+    for name, place in zip(files, (VERTICES, (VERTICES + [0, 0, 0.5]) @ TURN[:3, :3].T + TURN[:3, 3]), strict=True):
+        mesh = trimesh.load(tmp_path / name, process=False)
+        np.testing.assert_allclose(mesh.triangles, place[FACES], atol=1e-7)
+        np.testing.assert_allclose(mesh.visual.uv[mesh.faces], UV[FACE_UV], atol=1e-7)
+        with Image.open(tmp_path / name.replace("obj", "jpg")) as image:
+            assert np.array_equal(np.asarray(mesh.visual.material.image), np.asarray(image))
 
 
 def test_frames_of_several_materials_keep_every_picture(tmp_path):
-    capture, walk = prepared(tmp_path, 2, ("a.jpg", "b.png"))
-    out = export(tmp_path, capture, walk)
-    assert (out / "frame_00001_1.jpg").read_bytes() == b"bytes of a.jpg"
-    assert (out / "frame_00001_2.png").read_bytes() == b"bytes of b.png"
-    named = re.findall("map_Kd (.*)", (out / "frame_00001.mtl").read_text())
+    textures = (picture((1, 2, 3), ".jpg"), picture((4, 5, 6)))
+    write(OBJ, tmp_path, [export_frame(0, textures, face_material=np.array([0, 1], np.int32))])
+    assert (tmp_path / "frame_00001_1.jpg").read_bytes() == textures[0].data
+    assert (tmp_path / "frame_00001_2.png").read_bytes() == textures[1].data
+    named = re.findall("map_Kd (.*)", (tmp_path / "frame_00001.mtl").read_text())
     assert named == ["frame_00001_1.jpg", "frame_00001_2.png"]
-    kinds = re.findall("^(usemtl|f) ", (out / "frame_00001.obj").read_text(), re.M)
+    kinds = re.findall("^(usemtl|f) ", (tmp_path / "frame_00001.obj").read_text(), re.M)
     assert kinds == ["usemtl", "f", "usemtl", "f"]
 
 
-def test_workers_change_nothing(tmp_path):
-    capture, walk = prepared(tmp_path)
-    alone, told = export(tmp_path, capture, walk), []
-    with ProcessPoolExecutor(2) as executor:
-        out = export(tmp_path, capture, walk, tmp_path / "other", executor=executor,
-                     progress=lambda done, total: told.append((done, total)))  # fmt: skip
-    assert contents(alone) == contents(out)
-    assert told == sorted(told) and told[-1] == (40, 40)
-
-
-def test_only_an_earlier_export_is_replaced(tmp_path):
-    capture, walk = prepared(tmp_path, 3, ("a.jpg", "b.png"))
-    out = export(tmp_path, capture, walk)
-    with pytest.raises(UserError, match="out: the folder is not empty"):
-        export(tmp_path, capture, walk)
-    export(tmp_path, *prepared(tmp_path, 5), force=True)
-    assert len(contents(out)) == 3 * 5 + 1
-    (out / "thesis.tex").write_text("years of work")
-    with pytest.raises(UserError, match=r"out: the folder holds thesis.tex, which no export wrote"):
-        export(tmp_path, capture, walk, force=True)
-    assert len(contents(out)) == 3 * 5 + 2
-
-
-@pytest.mark.parametrize("parallel", [False, True])
-def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, monkeypatch, parallel):
-    capture, walk = prepared(tmp_path, 30)
-    write = module.write_obj
-
-    def full(path, *arguments):
-        if path.name == "frame_00007.obj":
-            raise OSError(errno.ENOSPC, "No space left on device")
-        write(path, *arguments)
-
-    monkeypatch.setattr(module, "write_obj", full)
-    with ThreadPoolExecutor(2) as pool, pytest.raises(UserError, match="out: the disk is full, and nothing was kept"):
-        export(tmp_path, capture, walk, executor=pool if parallel else None)
-    assert {path.name for path in tmp_path.iterdir()} == {"a.jpg"}
-
-
-def test_an_interrupted_export_leaves_nothing(tmp_path):
-    capture, walk = prepared(tmp_path)
-
-    def broken():
-        yield from list(posed_frames(walk, capture, load_transition))[:5]
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        export_obj(broken(), capture, walk, tmp_path / "out")
-    with pytest.raises(ValueError, match="frames: expected the walk's 40, got 0"):
-        export_obj(iter(()), capture, walk, tmp_path / "out")
-    assert {path.name for path in tmp_path.iterdir()} == {"a.jpg"}
+def test_all_that_is_written_counts_as_an_export(tmp_path):
+    write(OBJ, tmp_path, [export_frame(0, (picture(0), picture(1)), face_material=np.array([0, 1]))], first_number=5)
+    assert all(re.fullmatch(OBJ.files, path.name) for path in tmp_path.iterdir())

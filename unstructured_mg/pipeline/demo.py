@@ -9,7 +9,7 @@ from rich.console import Console
 from unstructured_mg.capture.procedural import write_procedural
 from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.build import build
-from unstructured_mg.pipeline.export import export_walk
+from unstructured_mg.pipeline.export import export_work
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pool import Pool
 from unstructured_mg.pipeline.progress import StageProgress
@@ -17,6 +17,7 @@ from unstructured_mg.pipeline.reporting import make_report
 from unstructured_mg.pipeline.store import user_errors
 from unstructured_mg.pipeline.summary import print_summary
 from unstructured_mg.pipeline.work import open_work
+from unstructured_mg.playback.export_options import ExportOptions
 from unstructured_mg.playback.walk import random_walk
 
 # Enough for a graph that covers the actions, and few enough for about three minutes on two cores.
@@ -44,7 +45,7 @@ def run_demo(folder: Path, workers: int, console: Console) -> None:
     opened = open_work(work)
     print_summary(opened, console)
     walk = random_walk(opened.graph, opened.capture, WALK_FRAMES, WALK_SEED)
-    export_walk(opened, walk, folder / "walk", True, workers, progress)
+    export_work(opened, walk, folder / "walk", ExportOptions(), True, workers, progress)
     report = make_report(work, None, workers, progress)
     console.print(f"\nA walk of {WALK_FRAMES} frames: {folder / 'walk'} (OBJ sequence, opens in Blender and others)")
     console.print(f"The report, to open in a browser: {report.resolve().as_uri()}", soft_wrap=True)

@@ -9,6 +9,7 @@ from unstructured_mg.capture.sidecar import check_floor, check_fps, check_unit, 
 from unstructured_mg.errors import UserError
 from unstructured_mg.graph.options import GraphOptions
 from unstructured_mg.matching.options import MatchingOptions
+from unstructured_mg.playback.export_options import ExportOptions
 from unstructured_mg.synthesis.options import SynthesisOptions
 from unstructured_mg.tracking.options import TrackingOptions
 
@@ -86,3 +87,13 @@ def build_options(**given: Any) -> BuildOptions:
         name, _, rest = str(error).partition(":")
         words = {option: word for word, (_, option) in NAMES.items()}
         raise UserError(f"--{words.get(name, name)}:{rest}.") from None
+
+
+def export_options(fps: float | None, unit: str | None, up: str | None, **given: Any) -> ExportOptions:
+    """Options of an export from the command line's words. A value that is no good is a UserError."""
+    space = capture_options(fps, unit, up, None)
+    try:
+        return ExportOptions(fps=space["fps"], unit=space["unit"], up=space["up"], **given)
+    except ValueError as error:
+        name, _, rest = str(error).partition(":")
+        raise UserError(f"--{name.replace('_', '-')}:{rest}.") from None

@@ -33,13 +33,13 @@ class PosedFrame:
 
     Attributes
     ----------
-    vertices : (n, 3) float64, world, metres, z up
+    own_vertices : (n, 3) float64, metres, z up, where the frame was captured (of a transition: its source was)
     faces, uv, face_uv, face_material, colors : as in TexturedMesh
     textures : one a material; empty where there is none
     origin : the walk's frame that this is
     """
 
-    vertices: np.ndarray
+    own_vertices: np.ndarray
     faces: np.ndarray
     uv: np.ndarray
     face_uv: np.ndarray
@@ -48,9 +48,14 @@ class PosedFrame:
     textures: tuple[EncodedImage, ...]
     origin: WalkFrame
 
+    @property
+    def vertices(self) -> np.ndarray:
+        """(n, 3) float64, world, metres, z up."""
+        return self.origin.world.apply(self.own_vertices)
+
 
 def posed_frames(
-    walk: Iterable[WalkFrame], capture: Capture, load_transition: LoadTransition, transitions_kept: int = 2
+    walk: Iterable[WalkFrame], capture: Capture, load_transition: LoadTransition | None, transitions_kept: int = 2
 ) -> Iterator[PosedFrame]:
     """Read and place each of the walk's frames in turn.
 
@@ -58,7 +63,8 @@ def posed_frames(
     ----------
     walk : a Walk, or what ``endless_walk`` yields
     load_transition : gives the transition for (source, target) frame indices; called once for each time that one is
-        played, or less often where it is among the ``transitions_kept`` last ones, which stay in memory
+        played, or less often where it is among the ``transitions_kept`` last ones, which stay in memory; None where
+        the walk shows captured frames only
     """
     recent: OrderedDict[tuple[int, int], Transition] = OrderedDict()
     for origin in walk:
@@ -68,6 +74,7 @@ def posed_frames(
         if origin.transition not in recent:
             while len(recent) >= max(transitions_kept, 1):
                 recent.popitem(last=False)
+            assert load_transition is not None
             recent[origin.transition] = load_transition(*origin.transition)
         recent.move_to_end(origin.transition)
         yield _synthesized(origin, recent[origin.transition])
@@ -78,7 +85,7 @@ def _captured(origin: WalkFrame, capture: Capture) -> PosedFrame:
     mesh = capture.read(origin.frame)
     textures = tuple(EncodedImage(texture.read_bytes(), texture.path.suffix) for texture in mesh.textures)
     return PosedFrame(
-        vertices=origin.world.apply(mesh.vertices),
+        own_vertices=mesh.vertices,
         faces=mesh.faces,
         uv=mesh.uv,
         face_uv=mesh.face_uv,
@@ -94,7 +101,7 @@ def _synthesized(origin: WalkFrame, transition: Transition) -> PosedFrame:
     index = origin.step + transition.k - 1
     textures = (EncodedImage(transition.textures[index], transition.texture_suffix),) if transition.textures else ()
     return PosedFrame(
-        vertices=origin.world.apply(transition.vertices[index]),
+        own_vertices=transition.vertices[index],
         faces=transition.faces,
         uv=transition.uv,
         face_uv=transition.face_uv,

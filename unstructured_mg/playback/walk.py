@@ -32,6 +32,14 @@ class WalkFrame:
     step: int | None
     world: PlanarRigid
 
+    @property
+    def content(self) -> tuple[int, ...]:
+        """What is shown, wherever: the captured frame's index, or the transition's source and target and the step."""
+        if self.transition is not None and self.step is not None:
+            return (*self.transition, self.step)
+        assert self.frame is not None
+        return (self.frame,)
+
 
 @dataclass(frozen=True)
 class Walk:
@@ -40,7 +48,7 @@ class Walk:
     Attributes
     ----------
     frames : tuple of WalkFrame
-    kind : "random" or "path"
+    kind : "random", "path" or "capture"
     seed : of a random walk, else None
     start : captured frame index
     goal : of a path, else None
@@ -98,6 +106,12 @@ def path_walk(graph: MotionGraph, capture: Capture, start: int, goal: int, cost_
     path = shortest_path(graph, start, goal, capture, cost_weight)
     first = WalkFrame("capture", start, None, None, PlanarRigid())
     return Walk((first, *_play(graph, path.segments, PlanarRigid())), "path", None, start, goal, None)
+
+
+def capture_walk(capture: Capture) -> Walk:
+    """The captured frames as they are: all of them in order, each in its own place."""
+    frames = tuple(WalkFrame("capture", index, None, None, PlanarRigid()) for index in range(len(capture)))
+    return Walk(frames, "capture", None, 0, None, None)
 
 
 def endless_walk(graph: MotionGraph, seed: int, start: int) -> Iterator[WalkFrame]:

@@ -17,8 +17,13 @@ def walk_to_json(
     space: ExportSpace,
     files: list[str] | None = None,
     inputs: Mapping[str, str] | None = None,
+    fps: float | None = None,
+    options: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """JSON-ready. ``files`` names each frame's file, ``inputs`` what the walk was made from (name to content hash)."""
+    """JSON-ready. ``files`` names each frame's file, ``inputs`` what the walk was made from (name to content hash).
+
+    ``fps`` is the export's where it is not the capture's, ``options`` what was asked of the export.
+    """
     name = capture.frame_id
     frames = []
     for index, frame in enumerate(walk.frames):
@@ -34,7 +39,7 @@ def walk_to_json(
     return {
         "format": "unstructured_mg walk",
         "version": FORMAT_VERSION,
-        "fps": float(capture.fps),
+        "fps": float(capture.fps if fps is None else fps),
         "unit": float(space.unit),
         "up": space.up,
         "floor": float(space.floor),
@@ -45,6 +50,7 @@ def walk_to_json(
         "goal": None if walk.goal is None else name(walk.goal),
         "ended": walk.ended,
         "inputs": dict(inputs or {}),
+        "options": dict(options or {}),
         "frames": frames,
     }
 

@@ -1,0 +1,148 @@
+"""A walk, a path or a plain capture as files of another program's format."""
+
+from collections import deque
+from collections.abc import Generator, Iterator, Mapping
+from concurrent.futures import Executor, Future, wait
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from unstructured_mg.capture.capture import Capture
+from unstructured_mg.capture.progress import Progress
+from unstructured_mg.errors import UserError
+from unstructured_mg.playback.export_format import ExportFrame, Format, Target
+from unstructured_mg.playback.export_obj import OBJ
+from unstructured_mg.playback.export_options import ExportOptions
+from unstructured_mg.playback.showing import shown_frames
+from unstructured_mg.playback.smaller_texture import smaller_texture
+from unstructured_mg.playback.stream import LoadTransition, PosedFrame, posed_frames
+from unstructured_mg.playback.walk import Walk
+from unstructured_mg.playback.walk_json import walk_text, walk_to_json
+from unstructured_mg.playback.whole_folder import whole_folder
+from unstructured_mg.playback.world import ExportSpace, export_space
+
+FORMATS = {each.name: each for each in (OBJ,)}
+WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
+
+
+def find_format(options: ExportOptions) -> Format:
+    """The format that is asked for. UserError where there is none of that name, or an option means nothing to it."""
+    if options.format not in FORMATS:
+        raise UserError(f"--format {options.format}: there is no such format; give one of {', '.join(FORMATS)}.")
+    found = FORMATS[options.format]
+    for name in options.given():
+        if name in found.unused:
+            word = name.replace("_", "-")
+            raise UserError(f"--{word} means nothing to the format {found.name}; leave it out.")
+    return found
+
+
+def export_walk(
+    walk: Walk,
+    capture: Capture,
+    load_transition: LoadTransition | None,
+    out: Path,
+    options: ExportOptions | None = None,
+    *,
+    force: bool = False,
+    inputs: Mapping[str, str] | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> int:
+    """Write a walk and ``walk.json`` into a new folder ``out``; how many frames it shows.
+
+    The folder appears when it is complete: all is written into a folder beside it, which is then renamed. Frames are
+    read one at a time, and few are in memory at once.
+
+    Parameters
+    ----------
+    walk : of a motion graph, or ``capture_walk(capture)``: the captured frames as they are
+    load_transition : gives a transition for (source, target) frame indices; None where the walk shows none
+    force : replace ``out`` where all that it holds are files of exports
+    inputs : what the walk was made from, for walk.json (name to content hash)
+    executor : where given, frames are prepared or written by its workers; the result is the same
+
+    Raises
+    ------
+    UserError
+        Where the format is not known, a program or package that it needs is not there, an option means nothing to it,
+        or ``out`` is taken or cannot be written; nothing is left behind.
+    """
+    options = ExportOptions() if options is None else options
+    found = find_format(options)
+    space = export_space(capture, options.up, options.unit)
+    fps = options.fps or capture.fps
+    shown = replace(walk, frames=tuple(walk.frames[i] for i in shown_frames(len(walk), capture.fps, options)))
+    every = "|".join(["walk\\.json", *(each.files for each in FORMATS.values())])
+    with whole_folder(out, every, force) as folder:
+        target = Target(folder, len(shown), fps, options.first_number, space)
+        frames = _frames(posed_frames(shown, capture, load_transition), space)
+        prepared = _prepare_all(found, frames, target, options, executor, progress)
+        try:
+            files = found.collect(prepared, target)
+        finally:
+            prepared.close()
+        text = walk_text(walk_to_json(shown, capture, space, files, inputs, fps, options.given()))
+        (folder / "walk.json").write_text(text, encoding="utf-8")
+    return len(shown)
+
+
+def _frames(frames: Iterator[PosedFrame], space: ExportSpace) -> Iterator[ExportFrame]:
+    for number, frame in enumerate(frames):
+        yield ExportFrame(
+            number=number,
+            key=frame.origin.content,
+            own_vertices=space.points(frame.own_vertices),
+            world=space.world(frame.origin.world),
+            faces=frame.faces,
+            uv=frame.uv,
+            face_uv=frame.face_uv,
+            face_material=frame.face_material,
+            colors=frame.colors,
+            textures=frame.textures,
+        )
+
+
+def _prepare(found: Format, frame: ExportFrame, target: Target, texture_size: int | None) -> Any:
+    """Runs in workers."""
+    if texture_size is not None:
+        textures = tuple(smaller_texture(texture, texture_size) for texture in frame.textures)
+        frame = replace(frame, textures=textures)
+    return found.prepare(frame, target)
+
+
+def _prepare_all(
+    found: Format,
+    frames: Iterator[ExportFrame],
+    target: Target,
+    options: ExportOptions,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> Generator[Any]:
+    """What the format makes of each frame, in order, made by the executor's workers where there are any."""
+    waiting: deque[Future[Any]] = deque()
+    done = 0
+
+    def tell() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, target.count)
+
+    try:
+        for frame in frames:
+            if executor is None:
+                yield _prepare(found, frame, target, options.texture_size)
+                tell()
+                continue
+            waiting.append(executor.submit(_prepare, found, frame, target, options.texture_size))
+            if len(waiting) > WAITING:
+                yield waiting.popleft().result()
+                tell()
+        while waiting:
+            yield waiting.popleft().result()
+            tell()
+    finally:  # a worker that still writes would put files back into a folder that is being removed
+        for future in waiting:
+            future.cancel()
+        wait(waiting)

@@ -1,0 +1,87 @@
+"""What a format's exporter gets, and what it must give."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from unstructured_mg.playback.stream import EncodedImage
+from unstructured_mg.playback.world import ExportSpace
+
+
+@dataclass(frozen=True)
+class ExportFrame:
+    """One frame to be written, in the export's axis and unit.
+
+    Attributes
+    ----------
+    number : of the frame in the export, from 0
+    key : equal for frames of the same content: only ``world`` may differ
+    own_vertices : (n, 3) float64, where the frame was captured (of a transition: its source was)
+    world : (4, 4) float64, row-major, on column vectors: from there to its place in the walk
+    faces, uv, face_uv, face_material, colors : as in TexturedMesh
+    textures : one a material; empty where there is none
+    """
+
+    number: int
+    key: tuple[int, ...]
+    own_vertices: np.ndarray
+    world: np.ndarray
+    faces: np.ndarray
+    uv: np.ndarray
+    face_uv: np.ndarray
+    face_material: np.ndarray | None
+    colors: np.ndarray | None
+    textures: tuple[EncodedImage, ...]
+
+    def vertices(self) -> np.ndarray:
+        """(n, 3) float64 in their place in the walk."""
+        return self.own_vertices @ self.world[:3, :3].T + self.world[:3, 3]
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where an export goes.
+
+    Attributes
+    ----------
+    folder : exists and is empty; becomes the output when all is written
+    count : frames that will come
+    fps : frames a second
+    first_number : of the first frame's file or time code
+    space : axis and unit
+    """
+
+    folder: Path
+    count: int
+    fps: float
+    first_number: int
+    space: ExportSpace
+
+    def stem(self, number: int) -> str:
+        """Of the files of frame ``number`` (from 0): ``frame_00001`` for the first."""
+        width = max(5, len(str(self.first_number + self.count - 1)))
+        return f"frame_{self.first_number + number:0{width}d}"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: one file, one instance of this, one line in ``playback.export.FORMATS``.
+
+    Attributes
+    ----------
+    name : of the format
+    files : regular expression of all file names that it writes
+    prepare : makes of a frame what ``collect`` needs, or writes its files; runs in workers, for several frames at once
+        and in any order
+    collect : gets what ``prepare`` made, in order, and writes what must be written in order; gives each frame's file
+    unused : names of the ExportOptions that mean nothing here
+    """
+
+    name: str
+    files: str
+    prepare: Callable[[ExportFrame, Target], Any]
+    collect: Callable[[Iterator[Any], Target], list[str]]
+    unused: tuple[str, ...] = ()
