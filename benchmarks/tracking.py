@@ -172,13 +172,13 @@ class Windows:
 
 def score_pair(label: str, windows: Windows, candidate: Candidate, seconds: float, figures: Figures) -> TrackedPair:
     """Time a full pair, cage and reading apart, and name its worst frame."""
-    options, k = TrackingOptions(), HALF_WINDOW
-    template = select_template(windows, candidate, k, options)
+    options = TrackingOptions()
+    template = select_template(windows, candidate, options)
     start = time.process_time()
     cage = build_cage(windows.read(template), options)
     caged = time.process_time() - start
     start = time.process_time()
-    pair = track_pair(windows, candidate, k, template, cage, options)
+    pair = track_pair(windows, candidate, template, cage, options)
     spent = time.process_time() - start
     if isinstance(pair, Refusal):
         sys.exit(f"benchmarks/tracking.py: {label}: {pair.reason}")
@@ -201,9 +201,9 @@ def score_pair(label: str, windows: Windows, candidate: Candidate, seconds: floa
 def full_pairs(figures: Figures) -> None:
     """Full pairs of the procedural capture, with its true error, and of real captures."""
     source, target, yaw, seconds = PROCEDURAL_PAIR
-    candidate = Candidate(source, target, 0.0, yaw)
+    candidate = Candidate(source, target, 0.0, yaw, HALF_WINDOW)
     performance = ProceduralCapture(frames=300, faces=PROCEDURAL_FACES, texture_size=64)
-    made = {int(frame): performance.frame_mesh(int(frame)) for frame in window_frames(candidate, HALF_WINDOW)}
+    made = {int(frame): performance.frame_mesh(int(frame)) for frame in window_frames(candidate)}
     meshes = {i: TexturedMesh(mesh.vertices, mesh.faces, mesh.uv, mesh.face_uv) for i, mesh in made.items()}
     pair = score_pair("procedural", Windows(meshes), candidate, seconds, figures)
     material = made[int(pair.frames[pair.template])]
@@ -224,9 +224,9 @@ def full_pairs(figures: Figures) -> None:
     figures.add("procedural p95", np.percentile(error, 95), "mm")
     figures.add("procedural max", error.max(), "mm")
     for name, (source, target, yaw, seconds) in CAPTURE_PAIRS.items():
-        candidate = Candidate(source, target, 0.0, yaw)
+        candidate = Candidate(source, target, 0.0, yaw, HALF_WINDOW)
         capture = open_capture(unpacked(name))
-        frames = window_frames(candidate, HALF_WINDOW)
+        frames = window_frames(candidate)
         score_pair(name, Windows({int(i): capture.read(int(i)) for i in frames}), candidate, seconds, figures)
 
 

@@ -18,7 +18,8 @@ def scores(seed):
     values = (noise + noise.T).astype(np.float32)
     centres = CAPTURE.window_centres(2)
     values[~(centres[:, None] & centres)] = np.nan
-    return Dissimilarity(values, np.zeros_like(values), 2, 1.8)
+    k = np.where(np.isnan(values), 0, 2).astype(np.int16)
+    return Dissimilarity(values, np.zeros_like(values), k, 1.8)
 
 
 def far_apart(s, t, options):
@@ -88,7 +89,7 @@ def test_alternatives_are_near_but_apart_and_capped():
 
 def test_near_means_both_ends_in_the_same_clip_and_close():
     def near(s, t, a, b):
-        return is_near(Candidate(s, t, 0, 0), [Candidate(a, b, 0, 0)], CAPTURE, OPTIONS)
+        return is_near(Candidate(s, t, 0, 0, 2), [Candidate(a, b, 0, 0, 2)], CAPTURE, OPTIONS)
 
     assert near(10, 50, 19, 41) and near(10, 50, 1, 59)
     assert not near(10, 50, 20, 50) and not near(10, 50, 10, 40)
@@ -96,15 +97,29 @@ def test_near_means_both_ends_in_the_same_clip_and_close():
     assert near(10, 79, 10, 81) and not near(
         10, 79, 10, 85
     )  # frames 9 and 15; a gap of 4 frames lies between: 9 and 19
-    assert not is_near(Candidate(10, 50, 0, 0), [], CAPTURE, OPTIONS)
+    assert not is_near(Candidate(10, 50, 0, 0, 2), [], CAPTURE, OPTIONS)
 
 
 def test_frame_rate_scales_the_rules():
     twice = array_capture(fps=60.0, clips=CLIPS)
     eligible = eligible_pairs(twice, scores(0), OPTIONS)
     assert not eligible[5, 64] and eligible[5, 65]
-    assert is_near(Candidate(10, 50, 0, 0), [Candidate(29, 69, 0, 0)], twice, OPTIONS)
+    assert is_near(Candidate(10, 50, 0, 0, 2), [Candidate(29, 69, 0, 0, 2)], twice, OPTIONS)
 
 
 def test_nothing_below_the_threshold_gives_an_empty_list():
     assert rank_candidates(CAPTURE, scores(0), 0.0, OPTIONS) == ()
+
+
+def test_every_pair_has_its_own_window():
+    """Where windows are long, frames must be farther apart for the windows not to share one; candidates know theirs."""
+    found = scores(2)
+    k = np.where(np.arange(COUNT)[:, None] + np.arange(COUNT) > 60, 20, 2).astype(np.int16)
+    k[np.isnan(found.scores)] = 0
+    found = Dissimilarity(found.scores, found.yaw, k, found.size)
+    options = MatchingOptions(k=2, minimum_gap_seconds=0.0)
+    eligible = eligible_pairs(CAPTURE, found, options)
+    assert eligible[20, 25] and not eligible[20, 24] and not eligible[20, 60] and eligible[20, 61]
+    candidates = rank_candidates(CAPTURE, found, np.inf, options)
+    assert {c.k for c in candidates} == {2, 20}
+    assert all(c.k == k[c.source, c.target] for c in candidates)

@@ -17,7 +17,7 @@ from unstructured_mg.pipeline.pool import Pool
 from unstructured_mg.pipeline.store import Store
 
 CAPTURE = toy_capture(200)
-CANDIDATES = tuple(Candidate(s, t, 0.01 * n, 0.0) for n, (s, t) in enumerate([(20, 100), (45, 130), (70, 160)]))
+CANDIDATES = tuple(Candidate(s, t, 0.01 * n, 0.0, 10) for n, (s, t) in enumerate([(20, 100), (45, 130), (70, 160)]))
 
 
 def made(scratch, count, **files):
@@ -28,11 +28,11 @@ def made(scratch, count, **files):
     return tasks.TaskResult(folders, None, 0.0)
 
 
-def prepare(capture, candidate, k, options, scratch):
+def prepare(capture, candidate, options, scratch):
     return made(scratch, 1, template=json.dumps({"template": capture.frame_id(candidate.source)}))
 
 
-def track(capture, candidate, k, cage, options, scratch):
+def track(capture, candidate, cage, options, scratch):
     if candidate.source == 45:
         return tasks._attempt("tracking", scratch, 1, lambda folders: Refusal("tracking", "too far", {"metres": 0.2}))
     return made(scratch, 1, tracked="{}")
@@ -42,13 +42,13 @@ def synthesise(capture, pair, options, scratch):
     return made(scratch, 2, card="{}")
 
 
-def failing_track(capture, candidate, k, cage, options, scratch):
+def failing_track(capture, candidate, cage, options, scratch):
     if candidate.source == 45:
         return tasks._attempt("tracking", scratch, 1, lambda folders: [][1])
     return made(scratch, 1, tracked="{}")
 
 
-def dying_track(capture, candidate, k, cage, options, scratch):
+def dying_track(capture, candidate, cage, options, scratch):
     if candidate.source == 45:
         os._exit(9)
     return made(scratch, 1, tracked="{}")

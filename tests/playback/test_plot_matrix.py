@@ -50,8 +50,8 @@ def test_in_a_large_matrix_no_match_vanishes():
 
 def test_pairs_are_marked_where_they_lie_and_link_to_the_report():
     pairs = [
-        PairOutcome(Candidate(8, 30, 0.125, 0.0), "kept"),
-        PairOutcome(Candidate(10, 25, 0.5, 0.0), "refused", "tracking", "too far & <away>"),
+        PairOutcome(Candidate(8, 30, 0.125, 0.0, 3), "kept"),
+        PairOutcome(Candidate(10, 25, 0.5, 0.0, 3), "refused", "tracking", "too far & <away>"),
     ]
     svg = parse(plot_matrix(memory_capture([("a", n + 1) for n in range(40)]), matrix_of(40), 0.2, 10, pairs))
     ring = svg.find(".//circle[@class='kept']")

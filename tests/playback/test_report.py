@@ -83,7 +83,7 @@ def report_data(**change):
     scores[:4] = scores[:, :4] = np.nan
     covered = np.zeros(80, bool)
     covered[8:60] = True
-    kept, refused = Candidate(12, 55, 0.3125, 0.25), Candidate(20, 70, 0.6875, -3.0)
+    kept, refused = Candidate(12, 55, 0.3125, 0.25, 10), Candidate(20, 70, 0.6875, -3.0, 10)
     card = {"volume_drift": 0.03125, "inverted_tets": 7, "texture": {"sharpness": 0.9375}}
     content = {
         "title": f"Motion graph of {NASTY}",

@@ -16,7 +16,7 @@ def test_pair_and_cage_come_back_as_they_were(tmp_path):
     assert again.method == cage.method == "lattice"
     for name in ("vertices", "tets", "tet_of_vertex", "weights", "residual"):
         np.testing.assert_array_equal(getattr(again, name), getattr(cage, name))
-    pair = track_pair(capture, Candidate(2, 8, 0.5, -0.9), 1, 2, again, options)
+    pair = track_pair(capture, Candidate(2, 8, 0.5, -0.9, 1), 2, again, options)
     write_pair(pair, capture, tmp_path)
     stored = read_pair(tmp_path)
     for name, value in vars(pair).items():

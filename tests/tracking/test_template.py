@@ -55,10 +55,10 @@ def test_components_win_over_genus_over_area_and_debris_counts_for_nothing():
     large = (ball[0] * 1.1, ball[1])
     crumb = (ball[0] * 0.01 + 3, ball[1])
     second = (ball[0] * 0.9 + 5, ball[1])
-    candidate = Candidate(0, 1, 0.0, 0.0)
+    candidate = Candidate(0, 1, 0.0, 0.0, 0)
 
     def choose(*meshes):
-        return select_template(Frames(meshes), candidate, 0, TrackingOptions())
+        return select_template(Frames(meshes), candidate, TrackingOptions())
 
     assert choose(ball, large) == 1
     assert choose(ring, ball) == 1
@@ -69,7 +69,7 @@ def test_components_win_over_genus_over_area_and_debris_counts_for_nothing():
 
 def test_every_frame_of_both_windows_is_looked_at():
     capture = swaying(20)
-    chosen = select_template(capture, Candidate(4, 14, 0.0, 0.0), 2, TrackingOptions())
+    chosen = select_template(capture, Candidate(4, 14, 0.0, 0.0, 2), TrackingOptions())
     areas = {
         frame: template_rank(capture.read(frame).vertices, capture.read(frame).faces, 0.01)
         for frame in [2, 3, 4, 5, 6, 12, 13, 14, 15, 16]

@@ -17,7 +17,7 @@ from unstructured_mg.tracking.track import track_pair
 OPTIONS = TrackingOptions(cage_vertices=400)
 K = 2
 # Windows around 4 and 14: the second half is the first, turned by 0.9 and moved.
-CANDIDATE = Candidate(source=4, target=14, score=0.0, yaw=-0.9)
+CANDIDATE = Candidate(source=4, target=14, score=0.0, yaw=-0.9, k=K)
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,8 @@ def capture():
 
 @pytest.fixture(scope="module")
 def pair(capture):
-    template = select_template(capture, CANDIDATE, K, OPTIONS)
-    return track_pair(capture, CANDIDATE, K, template, build_cage(capture.read(template), OPTIONS), OPTIONS)
+    template = select_template(capture, CANDIDATE, OPTIONS)
+    return track_pair(capture, CANDIDATE, template, build_cage(capture.read(template), OPTIONS), OPTIONS)
 
 
 def test_the_template_follows_the_true_motion_in_both_windows(capture, pair):
@@ -64,7 +64,7 @@ def test_cage_and_residual_give_the_surface_and_no_tet_is_inverted(pair):
 
 def test_the_same_pair_twice_has_the_same_bytes(capture, pair):
     template = int(pair.frames[pair.template])
-    again = track_pair(capture, CANDIDATE, K, template, build_cage(capture.read(template), OPTIONS), OPTIONS)
+    again = track_pair(capture, CANDIDATE, template, build_cage(capture.read(template), OPTIONS), OPTIONS)
     assert again.vertices.tobytes() == pair.vertices.tobytes()
     assert again.cage_vertices.tobytes() == pair.cage_vertices.tobytes()
 
@@ -82,7 +82,7 @@ class Grown:
 
 def test_a_target_out_of_reach_is_refused_with_the_distance(capture):
     grown = Grown(capture)
-    refusal = track_pair(grown, CANDIDATE, K, 4, build_cage(grown.read(4), OPTIONS), OPTIONS)
+    refusal = track_pair(grown, CANDIDATE, 4, build_cage(grown.read(4), OPTIONS), OPTIONS)
     assert isinstance(refusal, Refusal)
     assert refusal.stage == "tracking"
     assert refusal.measures["hausdorff_m"] > OPTIONS.hausdorff_m
@@ -91,7 +91,7 @@ def test_a_target_out_of_reach_is_refused_with_the_distance(capture):
 
 def test_a_template_outside_the_pair_is_an_error(capture):
     with pytest.raises(ValueError, match="template"):
-        track_pair(capture, CANDIDATE, K, 9, build_cage(capture.read(9), OPTIONS), OPTIONS)
+        track_pair(capture, CANDIDATE, 9, build_cage(capture.read(9), OPTIONS), OPTIONS)
 
 
 def test_options_out_of_range_name_themselves():

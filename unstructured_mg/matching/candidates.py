@@ -16,13 +16,15 @@ class Candidate:
     """A pair of similar windows, centred at frame indices ``source < target``.
 
     ``yaw`` (radians) turns the target about the vertical so that it best matches the source;
-    ``score`` is the windowed dissimilarity after that turn, in metres (lower is better).
+    ``score`` is the windowed dissimilarity after that turn, in metres (lower is better). Both windows have 2 k + 1
+    frames, k either side of the centre.
     """
 
     source: int
     target: int
     score: float
     yaw: float
+    k: int
 
 
 def is_near(candidate: Candidate, accepted: Iterable[Candidate], capture: Capture, options: MatchingOptions) -> bool:
@@ -41,12 +43,12 @@ def is_near(candidate: Candidate, accepted: Iterable[Candidate], capture: Captur
 def eligible_pairs(capture: Capture, dissimilarity: Dissimilarity, options: MatchingOptions) -> np.ndarray:
     """``(n, n) bool``: pairs s < t that have a score and are in different clips or far enough apart in their clip.
 
-    Far enough is ``minimum_gap_seconds``, and 2 k + 1 frames, so that no frame is in both windows.
+    Far enough is ``minimum_gap_seconds``, and the pair's 2 k + 1 frames, so that no frame is in both windows.
     """
     numbers = np.array([frame.number for frame in capture.frames])
     names = {name: index for index, name in enumerate(dict.fromkeys(frame.clip for frame in capture.frames))}
     clips = np.array([names[frame.clip] for frame in capture.frames])
-    gap = max(options.minimum_gap_seconds * capture.fps - 1e-9, 2 * dissimilarity.k + 1)
+    gap = np.maximum(options.minimum_gap_seconds * capture.fps - 1e-9, 2 * dissimilarity.k + 1)
     apart = (clips[:, None] != clips) | (np.abs(numbers[:, None] - numbers) >= gap)
     return np.triu(apart & np.isfinite(dissimilarity.scores), 1)
 
@@ -114,5 +116,6 @@ def _box(source: int, target: int, reach: int) -> tuple[slice, slice]:
 
 
 def _best_first(pairs: list[tuple[int, int]], dissimilarity: Dissimilarity) -> tuple[Candidate, ...]:
-    candidates = (Candidate(s, t, float(dissimilarity.scores[s, t]), float(dissimilarity.yaw[s, t])) for s, t in pairs)
+    d = dissimilarity
+    candidates = [Candidate(s, t, float(d.scores[s, t]), float(d.yaw[s, t]), int(d.k[s, t])) for s, t in pairs]
     return tuple(sorted(candidates, key=lambda candidate: (candidate.score, candidate.source, candidate.target)))

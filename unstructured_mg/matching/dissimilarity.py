@@ -35,13 +35,13 @@ class Dissimilarity:
         window
     yaw : (n, n) float32, radians in (-pi, pi], antisymmetric: turns the window of t (column) about +z onto that of s
         (row); NaN alike
-    k : frames either side of a window's centre
+    k : (n, n) int16, symmetric: frames either side of the centres of the windows compared; 0 where there are none
     size : metres: the actor's size, the median over frames of the larger of height and width
     """
 
     scores: np.ndarray
     yaw: np.ndarray
-    k: int
+    k: np.ndarray
     size: float
 
 
@@ -68,7 +68,7 @@ def compute_dissimilarity(
     centres = capture.window_centres(options.k)
     if not centres.any():
         nothing = np.full((n, n), np.nan, np.float32)
-        return Dissimilarity(nothing, nothing.copy(), options.k, 0.0)
+        return Dissimilarity(nothing, nothing.copy(), np.zeros((n, n), np.int16), 0.0)
     tell = progress or (lambda done, total: None)
     frequencies, cells, angles = descriptor.shape(options.resolution)
     fields = Fields(scratch, n, frequencies, cells)
@@ -103,7 +103,7 @@ def compute_dissimilarity(
     missing = ~(centres[:, None] & centres)
     scores[missing] = yaw[missing] = np.nan
     size = np.median(np.maximum(extent[:, 4] - extent[:, 3], 2 * extent[:, 2]))
-    return Dissimilarity(scores, yaw, options.k, float(size))
+    return Dissimilarity(scores, yaw, np.where(missing, 0, options.k).astype(np.int16), float(size))
 
 
 def _extents(capture: Capture, descriptor: str, block: range) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A Matching on disk: ``dissimilarity.npz`` (scores and yaw, (n, n) float32) and ``matching.json`` (the rest)."""
+"""A Matching on disk: ``dissimilarity.npz`` (scores, yaw and k, (n, n)) and ``matching.json`` (the rest)."""
 
 import json
 from dataclasses import asdict
@@ -15,9 +15,9 @@ def write_matching(matching: Matching, folder: Path) -> None:
     """Write into ``folder``, made where it is missing."""
     folder.mkdir(parents=True, exist_ok=True)
     dissimilarity = matching.dissimilarity
-    np.savez(folder / "dissimilarity.npz", scores=dissimilarity.scores, yaw=dissimilarity.yaw)
+    d = dissimilarity
+    np.savez(folder / "dissimilarity.npz", scores=d.scores, yaw=d.yaw, k=d.k)
     content = {
-        "k": dissimilarity.k,
         "size": dissimilarity.size,
         "threshold": matching.threshold,
         "candidates": [asdict(candidate) for candidate in matching.candidates],
@@ -30,6 +30,6 @@ def read_matching(folder: Path) -> Matching:
     """Read back what ``write_matching`` wrote."""
     content = json.loads((folder / "matching.json").read_text())
     with np.load(folder / "dissimilarity.npz", allow_pickle=False) as arrays:
-        dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], content["k"], content["size"])
+        dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], arrays["k"], content["size"])
     candidates, nearest = (tuple(Candidate(**entry) for entry in content[key]) for key in ("candidates", "nearest"))
     return Matching(dissimilarity, candidates, nearest, content["threshold"])

@@ -27,7 +27,7 @@ from unstructured_mg.pipeline.store import Store, user_errors
 from unstructured_mg.pipeline.timings import Timings
 from unstructured_mg.synthesis.files import read_card
 
-VERSIONS = {"reading": 1, "matching": 1, "outcomes": 1, "graph": 1}
+VERSIONS = {"reading": 1, "matching": 2, "outcomes": 2, "graph": 1}
 
 
 def build(folder: Path, work: Path, options: BuildOptions, workers: int, progress: StageProgress) -> None:
@@ -162,7 +162,7 @@ def _graph(
         source, target = outcome.candidate.source, outcome.candidate.target
         for s, t in ((source, target), (target, source)):
             alignment, card = read_card(store.path(pair_name(capture, s, t, "transitions")))
-            links.append(Link(s, t, options.matching.k, alignment, outcome.candidate.score))
+            links.append(Link(s, t, outcome.candidate.k, alignment, outcome.candidate.score))
             cards[s, t] = card
     with progress.stage("graph and probabilities"), timings.wall("graph"):
         graph = build_graph(capture, links, options.graph)
@@ -180,6 +180,7 @@ def _outcome_row(capture: Capture, outcome: Outcome) -> dict[str, Any]:
         "target": capture.frame_id(candidate.target),
         "score": candidate.score,
         "yaw": candidate.yaw,
+        "k": candidate.k,
         "status": "kept" if refusal is None else "refused",
         "refusal": None if refusal is None else asdict(refusal),
     }

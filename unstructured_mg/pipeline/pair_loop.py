@@ -90,7 +90,7 @@ class PairLoop:
 
     def inputs(self, candidate: Candidate, group: str) -> dict[str, Any]:
         """What a candidate's artefact of ``group`` is made from."""
-        k, capture = self.options.matching.k, self.capture
+        k, capture = candidate.k, self.capture
         window = [*range(candidate.source - k, candidate.source + k + 1)]
         window += range(candidate.target - k, candidate.target + k + 1)
         inputs: dict[str, Any] = {
@@ -125,13 +125,13 @@ class PairLoop:
         if all(found):
             self._after(trial, group, tasks.read_refusal(self.store.path(self.artefacts(candidate, group)[0])))
             return
-        scratch, k = self.store.scratch, options.matching.k
+        scratch = self.store.scratch
         submit: Callable[..., Future[tasks.TaskResult]] = self.pool.submit
         if group == "cages":
-            future = submit(tasks.prepare, capture, candidate, k, options.tracking, scratch)
+            future = submit(tasks.prepare, capture, candidate, options.tracking, scratch)
         elif group == "pairs":
             cage = self._path(candidate, "cages")
-            future = submit(tasks.track, capture, candidate, k, cage, options.tracking, scratch)
+            future = submit(tasks.track, capture, candidate, cage, options.tracking, scratch)
         else:
             future = submit(tasks.synthesise, capture, self._path(candidate, "pairs"), options.synthesis, scratch)
         self._running[future] = (trial, group)

@@ -91,7 +91,7 @@ def report_data(work: Work) -> ReportData:
         )
         for index, link in enumerate(graph.links)
     )
-    gap = max(round(work.matching_options.minimum_gap_seconds * capture.fps), 2 * matching.dissimilarity.k + 1)
+    gap = max(round(work.matching_options.minimum_gap_seconds * capture.fps), 2 * work.matching_options.k + 1)
     notes = [obstacle_sentence(obstacle, capture) for obstacle in graph.obstacles]
     return ReportData(
         title=f"Motion graph of {capture.folder.name}",
@@ -126,13 +126,13 @@ def _capture_rows(work: Work) -> tuple[tuple[str, str], ...]:
         ("Unit", f"{capture.unit:g} m"),
         ("Up axis", capture.up),
         ("Floor", f"{capture.floor:.4g} along the up axis"),
-        ("Half window", f"{work.matching.dissimilarity.k} frames"),
+        ("Half window", f"{work.matching_options.k} frames"),
     )
 
 
 def _pair(work: Work, row: dict[str, Any]) -> PairOutcome:
     source, target = work.capture.index_of(row["source"]), work.capture.index_of(row["target"])
-    candidate = Candidate(source, target, row["score"], row["yaw"])
+    candidate = Candidate(source, target, row["score"], row["yaw"], row["k"])
     if row["refusal"] is None:
         return PairOutcome(candidate, "kept")
     refusal = Refusal(**row["refusal"])

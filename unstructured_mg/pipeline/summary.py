@@ -90,7 +90,7 @@ def _why_nothing_loops(work: Work) -> str:
     nearest = work.matching.nearest[:3]
     if not nearest:
         gap = work.matching_options.minimum_gap_seconds
-        frames = 2 * work.matching.dissimilarity.k + 1
+        frames = 2 * work.matching_options.k + 1
         return (
             f"Nothing loops: no two whole windows of {frames} frames of a clip lie {gap:g} seconds apart; "
             "give a smaller --window."

@@ -45,25 +45,23 @@ class TaskResult:
     traceback: str | None = None
 
 
-def prepare(capture: Capture, candidate: Candidate, k: int, options: TrackingOptions, scratch: Path) -> TaskResult:
+def prepare(capture: Capture, candidate: Candidate, options: TrackingOptions, scratch: Path) -> TaskResult:
     """Choose a candidate's template frame and build its tet cage."""
 
     def work(folders: list[Path]) -> None:
-        template = select_template(capture, candidate, k, options)
+        template = select_template(capture, candidate, options)
         write_cage(build_cage(capture.read(template), options), folders[0])
         (folders[0] / TEMPLATE).write_text(json.dumps({"template": capture.frame_id(template)}) + "\n")
 
     return _attempt("tracking", scratch, 1, work)
 
 
-def track(
-    capture: Capture, candidate: Candidate, k: int, cage: Path, options: TrackingOptions, scratch: Path
-) -> TaskResult:
+def track(capture: Capture, candidate: Candidate, cage: Path, options: TrackingOptions, scratch: Path) -> TaskResult:
     """Fit the template that ``prepare`` chose through both windows of a candidate."""
 
     def work(folders: list[Path]) -> Refusal | None:
         template = capture.index_of(json.loads((cage / TEMPLATE).read_text())["template"])
-        found = track_pair(capture, candidate, k, template, read_cage(cage), options)
+        found = track_pair(capture, candidate, template, read_cage(cage), options)
         if isinstance(found, Refusal):
             return found
         write_pair(found, capture, folders[0])

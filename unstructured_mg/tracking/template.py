@@ -10,9 +10,9 @@ from unstructured_mg.tracking.options import TrackingOptions
 from unstructured_mg.tracking.surface import clean_surface
 
 
-def window_frames(candidate: Candidate, k: int) -> np.ndarray:
+def window_frames(candidate: Candidate) -> np.ndarray:
     """The (4 k + 2,) int32 frame indices of a pair: s-k .. s+k, then t-k .. t+k."""
-    offsets = np.arange(-k, k + 1)
+    offsets = np.arange(-candidate.k, candidate.k + 1)
     return np.concatenate([candidate.source + offsets, candidate.target + offsets]).astype(np.int32)
 
 
@@ -46,9 +46,9 @@ def _boundary_loops(vertex_count: int, boundary: np.ndarray) -> int:
     return len(boundary) - len(np.unique(boundary)) + pieces
 
 
-def select_template(capture: Capture, candidate: Candidate, k: int, options: TrackingOptions) -> int:
+def select_template(capture: Capture, candidate: Candidate, options: TrackingOptions) -> int:
     """The frame index of the best template among the pair's 4 k + 2 frames; the earliest of equals."""
-    frames = np.unique(window_frames(candidate, k))
+    frames = np.unique(window_frames(candidate))
     ranks = []
     for frame in frames:
         mesh = capture.read(int(frame))

@@ -119,7 +119,7 @@ class TemplateTracker:
 
 
 def track_pair(
-    capture: Capture, candidate: Candidate, k: int, template: int, cage: Cage, options: TrackingOptions
+    capture: Capture, candidate: Candidate, template: int, cage: Cage, options: TrackingOptions
 ) -> TrackedPair | Refusal:
     """Fit one template to all 4 k + 2 frames of a pair, or say why not.
 
@@ -127,7 +127,7 @@ def track_pair(
     surface against t comes first: most pairs that will be refused then cost one registration. Then the template goes
     from its frame outwards through its window, across between s and t, and outwards through the other window.
     """
-    frames = window_frames(candidate, k)
+    frames, k = window_frames(candidate), candidate.k
     if template not in frames:
         raise ValueError(f"template: expected one of the pair's frames, got {template}")
     source, target = candidate.source, candidate.target
@@ -165,13 +165,12 @@ def track_pair(
         "inverted_tets": np.array([float(state.inverted) for state in ordered]),
         "edge_strain": np.array([state.strain for state in ordered]),
     }
-    return _pair(tracker, candidate, k, frames, template, ordered, measures)
+    return _pair(tracker, candidate, frames, template, ordered, measures)
 
 
 def _pair(
     tracker: TemplateTracker,
     candidate: Candidate,
-    k: int,
     frames: np.ndarray,
     template: int,
     states: list[TrackedState],
@@ -182,7 +181,7 @@ def _pair(
     return TrackedPair(
         source=candidate.source,
         target=candidate.target,
-        k=k,
+        k=candidate.k,
         frames=frames,
         template=int(np.flatnonzero(frames == template)[0]),
         vertices=np.stack([state.vertices for state in states]),
