@@ -62,6 +62,8 @@ class Export:
         The up axis: x, y or z, with a minus where it points down; the capture's own unless given.
     unit
         The unit (m, dm, cm, mm, inch, foot, or metres as a number); the capture's own unless given.
+    decimate
+        At most so many faces a frame, as far as the texture's seams allow.
     texture_size
         At most so many pixels along a texture's longer side.
     workers
@@ -77,6 +79,7 @@ class Export:
     hold: int = 0
     up: str | None = None
     unit: str | None = None
+    decimate: int | None = None
     texture_size: int | None = None
     workers: Workers = None
 
@@ -93,6 +96,7 @@ class Export:
             first_number=self.first_number,
             bounce=self.bounce,
             hold=self.hold,
+            decimate=self.decimate,
             texture_size=self.texture_size,
         )
         find_format(options)

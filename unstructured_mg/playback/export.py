@@ -10,6 +10,7 @@ from typing import Any
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.progress import Progress
 from unstructured_mg.errors import UserError
+from unstructured_mg.playback.decimated import decimated_frames, decimated_transitions
 from unstructured_mg.playback.export_format import ExportFrame, Format, Target
 from unstructured_mg.playback.export_obj import OBJ
 from unstructured_mg.playback.export_options import ExportOptions
@@ -76,7 +77,7 @@ def export_walk(
     every = "|".join(["walk\\.json", *(each.files for each in FORMATS.values())])
     with whole_folder(out, every, force) as folder:
         target = Target(folder, len(shown), fps, options.first_number, space)
-        frames = _frames(posed_frames(shown, capture, load_transition), space)
+        frames = _frames(_posed(shown, capture, load_transition, options.decimate), space)
         prepared = _prepare_all(found, frames, target, options, executor, progress)
         try:
             files = found.collect(prepared, target)
@@ -85,6 +86,15 @@ def export_walk(
         text = walk_text(walk_to_json(shown, capture, space, files, inputs, fps, options.given()))
         (folder / "walk.json").write_text(text, encoding="utf-8")
     return len(shown)
+
+
+def _posed(
+    walk: Walk, capture: Capture, load_transition: LoadTransition | None, most_faces: int | None
+) -> Iterator[PosedFrame]:
+    if most_faces is None:
+        return posed_frames(walk, capture, load_transition)
+    load = None if load_transition is None else decimated_transitions(load_transition, most_faces)
+    return decimated_frames(posed_frames(walk, capture, load), capture, most_faces)
 
 
 def _frames(frames: Iterator[PosedFrame], space: ExportSpace) -> Iterator[ExportFrame]:

@@ -21,6 +21,7 @@ class ExportOptions:
     hold : frames for which the last frame stays, and with ``bounce`` the first one too, beyond its own
     up : up axis of the export, as in Capture; the capture's own where None
     unit : metres a unit of the export; the capture's own where None
+    decimate : most faces a frame, as far as the texture's seams allow, or None: as captured
     texture_size : most pixels along the longer side of a texture, or None: the original files, byte for byte
     """
 
@@ -31,6 +32,7 @@ class ExportOptions:
     hold: int = 0
     up: str | None = None
     unit: float | None = None
+    decimate: int | None = None
     texture_size: int | None = None
 
     def __post_init__(self) -> None:
@@ -44,6 +46,8 @@ class ExportOptions:
             raise ValueError(f"up: expected one of {', '.join(UP_AXES)}, got {self.up!r}")
         if self.unit is not None and not 0 < self.unit < float("inf"):
             raise ValueError(f"unit: expected a positive number of metres, got {self.unit!r}")
+        if self.decimate is not None and self.decimate < 4:
+            raise ValueError(f"decimate: expected 4 faces or more, got {self.decimate!r}")
         if self.texture_size is not None and self.texture_size < 1:
             raise ValueError(f"texture_size: expected 1 pixel or more, got {self.texture_size!r}")
 
