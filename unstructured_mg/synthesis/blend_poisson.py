@@ -1,11 +1,11 @@
 """Poisson blend of deformation gradients (B section 5)."""
 
 from unstructured_mg.geometry.laplacian import stiffness_matrix
+from unstructured_mg.geometry.triangles import TriangleElements
 from unstructured_mg.synthesis.align import vertex_areas
 from unstructured_mg.synthesis.blend_linear import between
 from unstructured_mg.synthesis.pose import pose_parts
 from unstructured_mg.synthesis.posture import Posture, Template
-from unstructured_mg.synthesis.triangles import TriangleElements
 from unstructured_mg.synthesis.two_sided import PinnedSolver, between_stretches
 
 

@@ -5,11 +5,11 @@ import scipy.sparse as sp
 
 from unstructured_mg.geometry.laplacian import stiffness_matrix
 from unstructured_mg.geometry.rotations import fit_rotations
+from unstructured_mg.geometry.triangles import TriangleElements
 from unstructured_mg.synthesis.align import vertex_areas
 from unstructured_mg.synthesis.blend_linear import between
 from unstructured_mg.synthesis.pose import pose_parts
 from unstructured_mg.synthesis.posture import Posture, Template
-from unstructured_mg.synthesis.triangles import TriangleElements
 from unstructured_mg.synthesis.two_sided import PinnedSolver
 
 

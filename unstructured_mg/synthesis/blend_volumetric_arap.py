@@ -9,11 +9,11 @@ from unstructured_mg.geometry.laplacian import stiffness_matrix
 from unstructured_mg.geometry.rotations import fit_rotations
 from unstructured_mg.geometry.solver import SymmetricSolver
 from unstructured_mg.geometry.tets import deformation_gradients, tet_gradients, tet_volumes
+from unstructured_mg.geometry.triangles import TriangleElements
 from unstructured_mg.synthesis.align import vertex_areas
 from unstructured_mg.synthesis.blend_linear import between
 from unstructured_mg.synthesis.pose import pose_parts
 from unstructured_mg.synthesis.posture import Posture, Template
-from unstructured_mg.synthesis.triangles import TriangleElements
 from unstructured_mg.synthesis.two_sided import PinnedSolver, between_stretches
 
 # Below this length (metres) the surface's own triangles decide a blend's shape, above it the volume. Measured at

@@ -3,7 +3,7 @@ from scipy.spatial.transform import Rotation
 from toy_pair import club
 
 from unstructured_mg.geometry.laplacian import stiffness_matrix
-from unstructured_mg.synthesis.triangles import TriangleElements
+from unstructured_mg.geometry.triangles import TriangleElements
 
 
 def test_a_turn_and_stretch_is_read_off_every_triangle():
