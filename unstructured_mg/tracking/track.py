@@ -25,7 +25,7 @@ from unstructured_mg.tracking.target import Target
 from unstructured_mg.tracking.template import window_frames
 
 # Of a body of 2 square metres; others are scaled by the root of their area.
-_REFINE_LENGTH, _REFINE_REACH, _REFINE_ROUNDS = 0.005, 0.03, 1
+_REFINE_LENGTH, _REFINE_REACH, _REFINE_ROUNDS = 0.0125, 0.03, 3
 _INTERIOR_SOFTNESS, _INTERIOR_ROUNDS = 1e-6, 1
 # The trial of s against t needs no fine cage and no fine stages: it is there to refuse.
 _TRIAL_CAGE_VERTICES, _TRIAL_RIGIDITY = 700, 1e-3
