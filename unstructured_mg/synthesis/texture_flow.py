@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unstructured_mg.geometry.laplacian import face_areas
-from unstructured_mg.synthesis.triangles import TriangleElements
+from unstructured_mg.geometry.triangles import TriangleElements
 
 
 @dataclass(frozen=True)
