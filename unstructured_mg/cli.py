@@ -49,7 +49,7 @@ class Export:
     force
         Replace an earlier export in the output folder.
     format
-        What to write: obj (OBJ + MTL + image files).
+        What to write: obj (OBJ + MTL + image files) or glb (one file with an animation).
     fps
         Frames a second; the capture's own unless given. The motion keeps its speed.
     first_number
