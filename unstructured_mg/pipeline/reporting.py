@@ -36,7 +36,8 @@ def make_report(folder: Path, out: Path | None, workers: int, progress: StagePro
         raise UserError(f"{written}: is a folder; give the name of the file to write with -o.")
     if not written.parent.is_dir():
         raise UserError(f"{written}: there is no folder {written.parent}; make it or give another file with -o.")
-    with FolderLock(work.store.root), Pool(workers) as pool:
+    with FolderLock(work.store.root) as lock, Pool(workers) as pool:
+        work.store.guard = lock.check
         work.store.clear_scratch()
         try:
             with progress.stage("rendering pictures") as advance:
