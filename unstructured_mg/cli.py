@@ -33,7 +33,6 @@ app = App(
 
 Output = Annotated[Path, Parameter(name=["--output", "-o"])]
 AtLeastOne = validators.Number(gte=1)
-Positive = validators.Number(gt=0, lt=float("inf"))
 Workers = Annotated[int | None, Parameter(validator=AtLeastOne)]
 Flag = Annotated[bool, Parameter(negative=())]
 
@@ -50,7 +49,7 @@ class Export:
     force
         Replace an earlier export in the output folder.
     format
-        What to write: obj (OBJ + MTL + image files) or glb (one file with an animation).
+        What to write: obj (OBJ + MTL + image files).
     fps
         Frames a second; the capture's own unless given. The motion keeps its speed.
     first_number
@@ -178,6 +177,8 @@ def build(
     weights: str | None = None,
     texture: str | None = None,
     max_pairs: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
+    preview: Flag = False,
+    why: Flag = False,
     workers: Workers = None,
 ) -> None:
     """Build a motion graph, or finish building it: run the same command again after any interruption.
@@ -212,11 +213,16 @@ def build(
         How the texture gets from one window's to the other's: flow, crossfade or none.
     max_pairs
         Keep at most so many pairs.
+    preview
+        Build fast, to judge which pairs there are and how they move: decimated frames, small textures that only fade.
+    why
+        Tell for everything that is made why it is: not made yet, damaged, or which input or option has changed.
     workers
         Worker processes; as many as there are cores unless given.
     """
     from unstructured_mg.pipeline.build import build as run
     from unstructured_mg.pipeline.options import build_options, capture_options
+    from unstructured_mg.pipeline.preview import preview_options
     from unstructured_mg.pipeline.progress import StageProgress
     from unstructured_mg.pipeline.summary import print_summary
     from unstructured_mg.pipeline.work import open_work
@@ -232,9 +238,44 @@ def build(
         texture=texture,
         max_pairs=max_pairs,
     )
+    if preview:
+        if texture == "flow":
+            raise UserError("--texture: flow is not for a --preview, whose textures only fade; leave one of them out.")
+        options = preview_options(options)
     console = Console()
-    run(capture, output, options, workers or _cores(), StageProgress(console))
+    run(capture, output, options, workers or _cores(), StageProgress(console, why))
     print_summary(open_work(output), console)
+
+
+@app.command
+def status(work: Path, /) -> None:
+    """Show what a work folder holds, what of it is damaged, and who is writing there. Nothing is changed.
+
+    Parameters
+    ----------
+    work
+        The work folder of a build, finished or not.
+    """
+    from unstructured_mg.pipeline.status import print_status, work_status
+
+    print_status(work_status(work), Console())
+
+
+@app.command
+def clean(work: Path, /, *, dry_run: Flag = False) -> None:
+    """Free the space of what walks and reports do not need: tracked pairs, the report's pictures, leftovers.
+
+    Parameters
+    ----------
+    work
+        The work folder of a build.
+    dry_run
+        Only tell what would go.
+    """
+    from unstructured_mg.pipeline.clean import clean as run
+    from unstructured_mg.pipeline.clean import print_cleaning
+
+    print_cleaning(run(work, dry_run), dry_run, Console())
 
 
 @app.command
@@ -275,20 +316,11 @@ def path(
     work: Path,
     /,
     *,
-    from_: Annotated[str | None, Parameter(name="--from")] = None,
-    to: str | None = None,
-    frames: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
-    seconds: Annotated[float | None, Parameter(validator=Positive)] = None,
-    distance: Annotated[float | None, Parameter(validator=Positive)] = None,
-    curve: Path | None = None,
-    poses: Path | None = None,
-    loop: Flag = False,
-    within: Annotated[float | None, Parameter(validator=Positive)] = None,
+    from_: Annotated[str, Parameter(name="--from")],
+    to: str,
     export: Export,
 ) -> None:
-    """Export a path between captured frames with walk.json, which says where every frame comes from.
-
-    Without constraints it is the shortest. Constraints that cannot be met give the nearest path and say what it misses.
+    """Export the shortest path between two captured frames with walk.json, which says where every frame comes from.
 
     Parameters
     ----------
@@ -298,40 +330,14 @@ def path(
         Id of the first captured frame.
     to
         Id of the last captured frame.
-    frames
-        How many frames to show, the first and last included (of a loop: in one round).
-    seconds
-        The same in seconds.
-    distance
-        Metres to travel over the floor; with --frames or --seconds the two are weighed (30 cm against 10 frames).
-    curve
-        A file with the floor curve to follow: a line for each point, x and y in metres. --from may be left out.
-    poses
-        A file with frames to pass through and when: a line for each, seconds and a frame's id.
-    loop
-        Back to the first frame, to be played again and again; --from may be left out where a length is given.
-    within
-        Metres that the path may get away from where it begins; needs --frames or --seconds.
     """
-    from unstructured_mg.pipeline.requests import path_request
     from unstructured_mg.pipeline.work import open_work
     from unstructured_mg.playback.walk import path_walk
 
     options = export.options()
     opened = open_work(work)
-    request = path_request(
-        opened.capture,
-        start=from_,
-        goal=to,
-        frames=frames,
-        seconds=seconds,
-        distance=distance,
-        curve=curve,
-        poses=poses,
-        loop=loop,
-        within=within,
-    )
-    _export(opened, path_walk(opened.graph, opened.capture, request), export, options)
+    found = path_walk(opened.graph, opened.capture, opened.capture.index_of(from_), opened.capture.index_of(to))
+    _export(opened, found, export, options)
 
 
 @app.command
@@ -405,9 +411,8 @@ def _export(work: "Work", walk: "Walk", export: Export, options: "ExportOptions"
 
     progress = StageProgress(Console())
     shown = export_work(work, walk, export.output, options, export.force, export.workers or _cores(), progress)
-    for sentence in (walk.ended, walk.remark):
-        if sentence:
-            print(sentence)
+    if walk.ended:
+        print(walk.ended)
     print(f"{shown} frames are in {export.output}")
 
 

@@ -1,5 +1,6 @@
 """The whole road on a small procedural capture."""
 
+import io
 import json
 import shutil
 from dataclasses import replace
@@ -7,20 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from rich.console import Console
 from small_build import quiet
+from work_contents import contents
 
 from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.build import build
 from unstructured_mg.pipeline.lock import FolderLock
 from unstructured_mg.pipeline.options import build_options
+from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.work import open_work
-
-
-def contents(work):
-    """Every file's bytes but those that tell times."""
-    files = {path.relative_to(work).as_posix(): path for path in work.rglob("*") if path.is_file()}
-    skipped = ("timings.json", "lock", "report.html", "pictures/", "manifests/pictures/")
-    return {name: path.read_bytes() for name, path in sorted(files.items()) if not name.startswith(skipped)}
 
 
 def test_one_worker_makes_the_same_bytes_as_two(built, tmp_path):
@@ -72,7 +69,13 @@ def test_what_is_damaged_or_missing_is_made_again_and_nothing_else(built, tmp_pa
     (work / "scratch").mkdir()
     (work / "scratch" / "left by a kill").touch()
     untouched = {path: path.stat().st_mtime_ns for path in work.glob("[cp]a*/*/*.npz")}
-    build(built.capture, work, built.options, 2, quiet())
+    out = io.StringIO()
+    build(built.capture, work, built.options, 2, StageProgress(Console(file=out, width=500), explain=True))
+    told = out.getvalue()
+    assert f"{victim.parent.relative_to(work)} was damaged and has been made again" in told
+    # --why names what is made, its reason, and nothing else: both ways of a pair are made together.
+    reasons = [line for line in told.splitlines() if line.endswith((" is damaged", " is gone", " made yet"))]
+    assert reasons == ["matching is gone", f"transitions/{victim.parent.name} is damaged"]
     assert contents(work) == expected
     assert {path: path.stat().st_mtime_ns for path in untouched} == untouched
 

@@ -1,5 +1,6 @@
 import base64
 import io
+import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -197,6 +198,18 @@ def test_the_numbers_are_those_of_the_data(text):
     spread = np.abs(share / share.mean() - 1).mean()
     assert f"is {100 * spread:.3g} % with even choices and" in joined
     assert "pairs up to 812 mm are candidates" in joined
+
+
+def test_every_pair_that_was_tried_can_be_copied_into_pairs_json(text):
+    """What the page shows is what pairs.json takes: JSON, with the capture's own ids, however they are spelt."""
+    shown = Page(text[text.index('<h2 id="choosing">') : text.index("<footer>")]).text
+    capture = report_data().capture
+    ids = [[capture.frame_id(i) for i in pair] for pair in ((12, 55), (20, 70))]
+    lines = shown.splitlines()
+    rows = [line[line.rindex('["') :] for line in lines if line.endswith((" kept", " refused"))]
+    assert [json.loads(row.rpartition("  ")[0]) for row in rows] == ids
+    example = next(line[line.index("{") :] for line in lines if '"pins"' in line)
+    assert json.JSONDecoder().raw_decode(example)[0] == {"pins": [], "vetoes": [ids[0]]}
 
 
 def test_pictures_are_embedded_as_they_are_and_loaded_late(text):

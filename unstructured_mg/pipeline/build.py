@@ -15,21 +15,22 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.graph.files import graph_to_json
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
-from unstructured_mg.graph.places import Places
+from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.matching.files import read_matching, write_matching
 from unstructured_mg.matching.match import Matching, match
+from unstructured_mg.pipeline.choices import CHOICES_FILE, Choices, chosen_candidates, read_choices
 from unstructured_mg.pipeline.lock import FolderLock
 from unstructured_mg.pipeline.names import pair_name
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pair_loop import Outcome, PairLoop
-from unstructured_mg.pipeline.places import captured_places
 from unstructured_mg.pipeline.pool import Pool
+from unstructured_mg.pipeline.preview import preview_capture, preview_inputs
 from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.store import Store, user_errors
 from unstructured_mg.pipeline.timings import Timings
-from unstructured_mg.synthesis.files import read_card, read_floor_centres
+from unstructured_mg.synthesis.files import read_card
 
-VERSIONS = {"reading": 1, "matching": 2, "outcomes": 2, "graph": 2}
+VERSIONS = {"reading": 1, "matching": 2, "outcomes": 2, "graph": 1}
 
 
 def build(folder: Path, work: Path, options: BuildOptions, workers: int, progress: StageProgress) -> None:
@@ -46,14 +47,18 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
     store = Store(work)
     existed = work.exists()
     store.create()
-    with FolderLock(work), Pool(workers) as pool:
+    with FolderLock(work) as lock, Pool(workers) as pool:
+        store.guard = lock.check
         store.clear_scratch()
         timings = Timings(work / "timings.json")
         try:
             capture = _read(store, pool, folder, options, progress, timings)
-            matching = _match(store, pool, capture, options, progress, timings)
-            outcomes = _pairs(store, pool, capture, matching, options, progress, timings)
-            _graph(store, pool, capture, outcomes, options, progress, timings)
+            choices = read_choices(work / CHOICES_FILE, capture, options.max_pairs)
+            read = preview_capture(capture) if options.preview else capture
+            matching = _match(store, pool, read, options, progress, timings)
+            candidates = chosen_candidates(choices, matching, capture, work / CHOICES_FILE)
+            outcomes = _pairs(store, pool, read, candidates, choices, options, progress, timings)
+            _graph(store, capture, outcomes, options, progress, timings)
         except BaseException:
             pool.kill()  # before scratch is cleared, or workers would go on writing there
             if store.empty():
@@ -85,6 +90,7 @@ def _read(
     found = store.find("capture.json", inputs)
     if found is not None:
         return Capture.from_json(_json(found))
+    progress.why("capture.json", store.why("capture.json", inputs))
     with progress.stage("reading frames") as advance, timings.wall("reading"), _worker_death("reading frames"):
         capture = open_capture(folder.resolve(), **overrides, executor=pool.executor, progress=advance)
     store.commit_json("capture.json", inputs, capture.to_json())
@@ -103,10 +109,12 @@ def _match(
         "up": capture.up,
         "floor": capture.floor,
         "matching": asdict(options.matching),
+        **preview_inputs(options),
     }
     found = store.find("matching", inputs)
     if found is not None:
         return read_matching(found)
+    progress.why("matching", store.why("matching", inputs))
     scratch = store.new_scratch()
     with progress.stage("matching windows") as advance, timings.wall("matching"), _worker_death("matching windows"):
         with user_errors(store.root):
@@ -124,14 +132,15 @@ def _pairs(
     store: Store,
     pool: Pool,
     capture: Capture,
-    matching: Matching,
+    candidates: tuple[Candidate, ...],
+    choices: Choices,
     options: BuildOptions,
     progress: StageProgress,
     timings: Timings,
 ) -> list[Outcome]:
-    loop = PairLoop(store, pool, capture, options, timings.items)
+    loop = PairLoop(store, pool, capture, options, timings.items, choices, progress.why)
     with progress.stage("tracking and synthesis") as advance:
-        outcomes = loop.run(matching.candidates, advance)
+        outcomes = loop.run(candidates, advance)
     wanted = {
         name
         for o in outcomes
@@ -151,28 +160,23 @@ def _pairs(
 
 def _graph(
     store: Store,
-    pool: Pool,
     capture: Capture,
     outcomes: list[Outcome],
     options: BuildOptions,
     progress: StageProgress,
     timings: Timings,
 ) -> None:
-    with _worker_death("places on the floor"):
-        places = captured_places(store, pool, capture, progress, timings)
-    links, cards, steps = [], {}, []
+    links, cards = [], {}
     for outcome in outcomes:
         if outcome.refusal is not None:
             continue
         source, target = outcome.candidate.source, outcome.candidate.target
         for s, t in ((source, target), (target, source)):
-            folder = store.path(pair_name(capture, s, t, "transitions"))
-            alignment, card = read_card(folder)
+            alignment, card = read_card(store.path(pair_name(capture, s, t, "transitions")))
             links.append(Link(s, t, outcome.candidate.k, alignment, outcome.candidate.score))
-            steps.append(read_floor_centres(folder))
             cards[s, t] = card
     with progress.stage("graph and probabilities"), timings.wall("graph"):
-        graph = build_graph(capture, links, options.graph, Places(places, tuple(steps)))
+        graph = build_graph(capture, links, options.graph)
     content = graph_to_json(graph, capture, cards)
     transitions = [pair_name(capture, link.source, link.target, "transitions") for link in links]
     keys = [(store.manifest(name) or {}).get("key") for name in transitions]

@@ -20,7 +20,7 @@ class BuildOptions:
 
     fps, unit (metres per capture unit), up and floor (capture units along the up axis) override what is found in the
     capture where they are not None. ``retries``: refused candidates near a candidate before it is given up.
-    ``max_pairs``: keep at most so many pairs, or None.
+    ``max_pairs``: keep at most so many pairs, or None. ``preview``: read decimated frames (see ``preview``).
     """
 
     fps: float | None = None
@@ -33,6 +33,7 @@ class BuildOptions:
     graph: GraphOptions = field(default_factory=GraphOptions)
     retries: int = 4
     max_pairs: int | None = None
+    preview: bool = False
 
 
 # What the command line calls an option, and where it lives.

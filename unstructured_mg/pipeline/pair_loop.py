@@ -12,9 +12,11 @@ from unstructured_mg.capture.capture import Capture, frame_hash
 from unstructured_mg.errors import Refusal
 from unstructured_mg.matching.candidates import Candidate, is_near
 from unstructured_mg.pipeline import tasks
+from unstructured_mg.pipeline.choices import CHOICES_FILE, NO_CHOICES, Choices
 from unstructured_mg.pipeline.names import pair_name
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pool import Pool
+from unstructured_mg.pipeline.preview import preview_inputs
 from unstructured_mg.pipeline.progress import Advance
 from unstructured_mg.pipeline.selection import GreedySelection
 from unstructured_mg.pipeline.store import Store, user_errors
@@ -45,12 +47,23 @@ class PairLoop:
     worker: the cage, the tracked pair, the two transitions.
     """
 
-    def __init__(self, store: Store, pool: Pool, capture: Capture, options: BuildOptions, seconds: dict[str, float]):
+    def __init__(
+        self,
+        store: Store,
+        pool: Pool,
+        capture: Capture,
+        options: BuildOptions,
+        seconds: dict[str, float],
+        choices: Choices = NO_CHOICES,
+        why: Callable[[str, str], None] = lambda name, reason: None,
+    ):
         self.store = store
         self.pool = pool
         self.capture = capture
         self.options = options
         self.seconds = seconds
+        self.choices = choices
+        self._why = why
         self._running: dict[Future[tasks.TaskResult], tuple[_Trial, str]] = {}
         self._refusals: dict[int, Refusal] = {}
         # Trials that were running when a worker died. Each is tried again by itself, which tells whose fault it was and
@@ -61,10 +74,11 @@ class PairLoop:
 
     def run(self, candidates: tuple[Candidate, ...], advance: Advance) -> list[Outcome]:
         """Decide all candidates; what was tried comes back in ranked order."""
-        options = self.options
+        options, pins = self.options, self.choices.pins
 
         def near(candidate: Candidate, others: list[Candidate]) -> bool:
-            return is_near(candidate, others, self.capture, options.matching)
+            pinned = (candidate.source, candidate.target) in pins
+            return not pinned and is_near(candidate, others, self.capture, options.matching)
 
         shutil.rmtree(self.store.root / TRACEBACKS, ignore_errors=True)
         selection = GreedySelection(candidates, near, options.retries, options.max_pairs)
@@ -73,10 +87,10 @@ class PairLoop:
             if not self._running:
                 self._alone = bool(self._suspects)
                 if self._suspects:
-                    self._step(self._suspects.pop(0), "cages")
+                    self._begin(self._suspects.pop(0))
             room = 0 if self._alone or self._suspects else self.pool.workers
             while len(self._running) < room and (index := selection.next()) is not None:
-                self._step(_Trial(index, candidates[index]), "cages")
+                self._begin(_Trial(index, candidates[index]))
             if self._running:
                 self._collect()
             advance(selection.decided, len(candidates))
@@ -103,6 +117,7 @@ class PairLoop:
             "yaw": candidate.yaw,
             "k": k,
             "tracking": asdict(self.options.tracking),
+            **preview_inputs(self.options),
         }
         if group == "transitions":
             inputs["synthesis"] = asdict(self.options.synthesis)
@@ -114,17 +129,44 @@ class PairLoop:
         both = [(source, target), (target, source)] if group == "transitions" else [(source, target)]
         return [pair_name(self.capture, s, t, group) for s, t in both]
 
+    def _begin(self, trial: _Trial) -> None:
+        """Start a trial at the first step that is needed.
+
+        Results stand without what they were made from (``umg clean`` takes that away), but what is there and damaged
+        is made again.
+        """
+        candidate = trial.candidate
+        if (candidate.source, candidate.target) in self.choices.vetoes:
+            self._after(trial, "cages", Refusal("choice", f"it is vetoed in {CHOICES_FILE}"))
+            return
+        groups = ("transitions", "pairs", "cages")
+        for position, group in enumerate(groups):
+            if group == "cages" or (
+                self._found(candidate, group)
+                and all(
+                    self._gone(candidate, earlier) or self._found(candidate, earlier)
+                    for earlier in groups[position + 1 :]
+                )
+            ):
+                self._step(trial, group)
+                return
+
+    def _found(self, candidate: Candidate, group: str) -> bool:
+        inputs = self.inputs(candidate, group)
+        return all([self.store.find(name, inputs) is not None for name in self.artefacts(candidate, group)])
+
+    def _gone(self, candidate: Candidate, group: str) -> bool:
+        return not any(self.store.manifest(name) for name in self.artefacts(candidate, group))
+
     def _step(self, trial: _Trial, group: str) -> None:
         """Go on with a trial at ``group``: reuse what is there, else start a worker on it."""
         candidate, options, capture = trial.candidate, self.options, self.capture
-        inputs = self.inputs(candidate, group)
-        if group == "cages" and self.store.find(self.artefacts(candidate, "pairs")[0], self.inputs(candidate, "pairs")):
-            self._step(trial, "pairs")
+        names, inputs = self.artefacts(candidate, group), self.inputs(candidate, group)
+        if self._found(candidate, group):
+            self._after(trial, group, tasks.read_refusal(self.store.path(names[0])))
             return
-        found = [self.store.find(name, inputs) for name in self.artefacts(candidate, group)]
-        if all(found):
-            self._after(trial, group, tasks.read_refusal(self.store.path(self.artefacts(candidate, group)[0])))
-            return
+        lacking = next(name for name in names if self.store.find(name, inputs) is None)
+        self._why(lacking, self.store.why(lacking, inputs))
         scratch = self.store.scratch
         submit: Callable[..., Future[tasks.TaskResult]] = self.pool.submit
         if group == "cages":

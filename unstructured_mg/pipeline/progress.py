@@ -10,10 +10,11 @@ from unstructured_mg.capture.progress import Progress as Advance
 
 
 class StageProgress:
-    """Bars for the stages of a run; plain lines where the output is not a terminal."""
+    """Bars for the stages of a run; plain lines where the output is no terminal. ``explain``: say why work is done."""
 
-    def __init__(self, console: Console):
+    def __init__(self, console: Console, explain: bool = False):
         self._console = console
+        self._explain = explain
 
     @contextmanager
     def stage(self, title: str) -> Iterator[Advance]:
@@ -36,3 +37,8 @@ class StageProgress:
     def note(self, text: str) -> None:
         """A line that stays."""
         self._console.print(text)
+
+    def why(self, name: str, reason: str) -> None:
+        """A line that stays, where reasons are asked for."""
+        if self._explain:
+            self._console.print(f"{name} {reason}", markup=False, highlight=False, soft_wrap=True)

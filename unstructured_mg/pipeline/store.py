@@ -11,13 +11,14 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from unstructured_mg import __version__
 from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.keys import content_key, file_hash
+from unstructured_mg.pipeline.why import changes
 from unstructured_mg.playback.whole_file import whole_file
 
 FORMAT = 1
@@ -30,6 +31,8 @@ class Store:
         self.root = Path(root)
         self.scratch = self.root / "scratch"
         self.damaged: list[str] = []
+        # Asked before every commit: raises where this process may not write here any more.
+        self.guard: Callable[[], None] = lambda: None
 
     def create(self) -> None:
         """Make the work folder, or take one that is ours; anything else there is a UserError."""
@@ -89,6 +92,19 @@ class Store:
             return None
         return self.verify(name)
 
+    def why(self, name: str, inputs: dict[str, Any]) -> str:
+        """Why ``find`` has just found nothing, as the end of a sentence that begins with the name."""
+        manifest = self.manifest(name)
+        if manifest is None:
+            return "has not been made yet" if not self.path(name).exists() else "has no manifest that can be read"
+        if not self.path(name).exists():
+            return "is gone"
+        if name in self.damaged:
+            return "is damaged"
+        # As JSON has it: the manifest knows no tuples.
+        different = changes(manifest.get("inputs") or {}, json.loads(json.dumps(inputs)))
+        return f"is out of date: {', '.join(different)}"
+
     def verify(self, name: str) -> Path | None:
         """The artefact's path where it has a manifest and every checksum holds, whatever it was made from."""
         manifest = self.manifest(name)
@@ -107,6 +123,7 @@ class Store:
 
     def commit(self, name: str, inputs: dict[str, Any], made: Path) -> Path:
         """Move ``made`` (a file or folder in scratch) into place as artefact ``name``, replacing what is there."""
+        self.guard()
         target, manifest_path = self.path(name), self._manifest_path(name)
         with user_errors(target):
             manifest = {

@@ -1,5 +1,6 @@
 """``umg report``: one HTML file that needs nothing beside it, neither a server nor scripts nor a connection."""
 
+import json
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from importlib import resources
@@ -46,6 +47,7 @@ def _page(data: ReportData) -> Iterator[str]:
     yield from _transitions(data)
     yield _refused(data)
     yield _without_candidates(data)
+    yield _choosing(data)
     made = f"unstructured_mg {data.version}".strip()
     yield f"<footer>Made by {escape(made)}.</footer>\n</main>\n</body>\n</html>\n"
 
@@ -66,6 +68,8 @@ def _top(data: ReportData) -> str:
         links.append(("Transitions", "transitions"))
     if _refusals(data):
         links.append(("Refused", "refused"))
+    if data.pairs:
+        links.append(("Choose", "choosing"))
     items = "".join(f'<a href="#{anchor}">{name}</a>' for name, anchor in links)
     speed = ""
     if data.transitions:
@@ -359,6 +363,24 @@ def _without_candidates(data: ReportData) -> str:
     return (
         f'<h2 id="nearest">Nearest pairs</h2>\n<p>No pair comes within the threshold of {length(data.threshold)}. '
         f'These come nearest.</p><div class="pairs">{cards}</div>\n'
+    )
+
+
+def _choosing(data: ReportData) -> str:
+    """How the user overrules the choice of pairs: the pairs that were tried as pairs.json writes them, to copy from."""
+    if not data.pairs:
+        return ""
+    names = [
+        json.dumps([data.capture.frame_id(i) for i in (p.candidate.source, p.candidate.target)]) for p in data.pairs
+    ]
+    example = f'{{"pins": [], "vetoes": [{names[0]}]}}'
+    tried = "\n".join(f"{name}  {pair.status}" for name, pair in zip(names, data.pairs, strict=True))
+    return (
+        '<h2 id="choosing">Choose pairs yourself</h2>\n<div class="card"><p>Write a file <code>pairs.json</code> into '
+        "the work folder and run the same <code>umg build</code> again: what is finished is kept. A vetoed pair counts "
+        "as refused, and another near it is tried in its place. A pinned pair is tried before all others, however "
+        f"unlike its frames are; it may still be refused.</p><pre>{escape(example)}</pre>"
+        f"<details><summary>the pairs that were tried</summary><pre>{escape(tried)}</pre></details></div>\n"
     )
 
 
