@@ -1,6 +1,7 @@
 import pytest
 
 from unstructured_mg.capture.frame_error import FrameError
+from unstructured_mg.capture.frame_file import FrameFile
 from unstructured_mg.capture.frame_reader import read_frame
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
@@ -22,17 +23,17 @@ def test_values_no_room_can_use_are_refused(tmp_path, text, fault):
     path = tmp_path / "f1.obj"
     path.write_text(text)
     with pytest.raises(FrameError, match=fault):
-        read_frame(path, tmp_path)
+        read_frame(FrameFile(".", 1, path), tmp_path)
 
 
 def test_a_texture_without_coordinates_is_refused(tmp_path):
     (tmp_path / "f1.png").write_bytes(b"image")
     (tmp_path / "f1.obj").write_text(SQUARE + "f 1 2 3")
     with pytest.raises(FrameError, match="no texture coordinates"):
-        read_frame(tmp_path / "f1.obj", tmp_path)
+        read_frame(FrameFile(".", 1, tmp_path / "f1.obj"), tmp_path)
 
 
 def test_format_is_chosen_by_suffix_in_any_case(tmp_path):
     (tmp_path / "f1.OBJ").write_text(SQUARE + "f 1/1 2/2 3/3\nf 1/1 3/3 4/2")
-    mesh, tidied, raw = read_frame(tmp_path / "f1.OBJ", tmp_path)
+    mesh, tidied, raw = read_frame(FrameFile(".", 1, tmp_path / "f1.OBJ"), tmp_path)
     assert mesh.faces.shape == (2, 3) and mesh.face_uv.shape == (2, 3) and raw.files == (tmp_path / "f1.OBJ",)

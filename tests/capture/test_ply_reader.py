@@ -7,6 +7,7 @@ import trimesh
 
 from unstructured_mg.capture.frame_error import FrameError
 from unstructured_mg.capture.ply_reader import read_ply
+from unstructured_mg.capture.texture import Texture
 
 RNG = np.random.default_rng(0)
 VERTICES = RNG.normal(size=(6, 3)).astype(np.float32)
@@ -89,7 +90,7 @@ def test_polygons_with_uv_a_corner_and_several_images(tmp_path, form):
     data = ply(form, [("vertex", XYZ, VERTICES), edges, faces], comments, "\r\n" if form == "ascii" else "\n")
     raw = read(tmp_path, data)
     np.testing.assert_array_equal(raw.faces, fans(POLYGONS))
-    assert [path.name for path in raw.images] == ["skin of a.png", "b.png"]
+    assert [image.path.name for image in raw.images] == ["skin of a.png", "b.png"]
     np.testing.assert_array_equal(raw.face_image, [0, 1, 1, 0, 1, 1, 1])
     corner = fans([list(range(len(p))) for p in POLYGONS])
     polygon = [0, 1, 1, 2, 3, 3, 3]
@@ -125,7 +126,7 @@ def test_image_of_the_same_stem_and_paths_outside(tmp_path):
     (tmp_path / "secret.png").write_bytes(b"image")
     body = [("vertex", XYZ, VERTICES), ("face", [INDICES], [[t] for t in TRIANGLES])]
     (folder / "frame_1.png").write_bytes(b"image")
-    assert read(folder, ply("ascii", body)).images == (folder / "frame_1.png",)
+    assert read(folder, ply("ascii", body)).images == (Texture(folder / "frame_1.png"),)
     with pytest.raises(FrameError, match="leads outside the capture folder"):
         read(folder, ply("ascii", body, ["TextureFile ../secret.png"]))
     with pytest.raises(FrameError, match='its texture "lost.png" is not there'):

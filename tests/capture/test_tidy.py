@@ -4,6 +4,7 @@ import numpy as np
 import trimesh
 
 from unstructured_mg.capture.raw_mesh import RawMesh
+from unstructured_mg.capture.texture import Texture
 from unstructured_mg.capture.tidy import Tidied, tidy
 
 UNCHANGED = Tidied(0, 0, 0, 0, 0, 0)
@@ -99,7 +100,7 @@ def test_a_front_and_a_back_become_one_surface_and_a_single_fold_stays():
 
 def test_faces_without_uv_or_image_get_the_corner_of_the_first_image():
     vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
-    images = (Path("a.png"), Path("b.png"))
+    images = (Texture(Path("a.png")), Texture(Path("b.png")))
     mesh, tidied = tidy(
         raw_mesh(
             vertices,
@@ -113,7 +114,7 @@ def test_faces_without_uv_or_image_get_the_corner_of_the_first_image():
     np.testing.assert_array_equal(mesh.uv[mesh.face_uv[0]], [[0.1, 0.2], [0.9, 0.2], [0.1, 0.8]])
     np.testing.assert_array_equal(mesh.uv[mesh.face_uv[1:]], np.zeros((2, 3, 2)))
     np.testing.assert_array_equal(mesh.face_material, [1, 1, 0])
-    assert tidied.untextured == 2 and [texture.path for texture in mesh.textures] == list(images)
+    assert tidied.untextured == 2 and mesh.textures == images
 
 
 def test_colours_follow_their_vertices():

@@ -7,22 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from unstructured_mg.capture.frame_file import FrameFile
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.capture.placement import UP_AXES
 from unstructured_mg.errors import FrameFault, UserError
-
-
-@dataclass(frozen=True)
-class FrameFile:
-    """Where one good frame lies. ``number`` is the number in its file name.
-
-    ``sha256`` is of all files the frame is made of (mesh, material library, images); empty until the frame was checked.
-    """
-
-    clip: str
-    number: int
-    path: Path
-    sha256: str = ""
 
 
 @dataclass(frozen=True)
@@ -112,7 +100,7 @@ class Capture:
         """Read frame ``index`` in metres, z up, floor at 0. Raises UserError where the file went bad since."""
         from unstructured_mg.capture.frame_reader import read_frame
 
-        mesh, _, _ = read_frame(self.frames[index].path, self.folder)
+        mesh, _, _ = read_frame(self.frames[index], self.folder)
         matrix = self.to_metres()
         return replace(mesh, vertices=mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3])
 
@@ -133,6 +121,7 @@ class Capture:
                     "number": frame.number,
                     "file": frame.path.relative_to(self.folder).as_posix(),
                     "sha256": frame.sha256,
+                    **({} if frame.part is None else {"part": frame.part, "format": frame.format}),
                 }
                 for i, frame in enumerate(self.frames)
             ],
@@ -147,7 +136,14 @@ class Capture:
         return Capture(
             folder=folder,
             frames=tuple(
-                FrameFile(frame["clip"], frame["number"], folder / frame["file"], frame["sha256"])
+                FrameFile(
+                    frame["clip"],
+                    frame["number"],
+                    folder / frame["file"],
+                    frame["sha256"],
+                    frame.get("part"),
+                    frame.get("format", ""),
+                )
                 for frame in data["frames"]
             ),
             fps=data["fps"],

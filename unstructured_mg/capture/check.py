@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from unstructured_mg.capture.capture import FrameFile
 from unstructured_mg.capture.frame_error import FrameError
+from unstructured_mg.capture.frame_file import FrameFile
 from unstructured_mg.capture.frame_reader import read_frame
-from unstructured_mg.capture.image import check_image
-from unstructured_mg.capture.paths import read_regular_file
 from unstructured_mg.capture.placement import FrameBounds, frame_bounds
+from unstructured_mg.capture.raw_mesh import RawMesh
+from unstructured_mg.capture.stretch import read_stretch, whole_digest
+from unstructured_mg.capture.texture import Texture
 from unstructured_mg.errors import FrameFault
 from unstructured_mg.geometry.components import compact, face_components, significant_faces
 
@@ -29,21 +30,19 @@ class CheckedFrame:
 
 
 def check_frames(files: list[FrameFile], folder: Path) -> list[CheckedFrame | FrameFault]:
-    """Check frames one after another; a file that several share is hashed and decoded once."""
-    digests: dict[Path, bytes] = {}
-    return [_check_frame(file, folder, digests) for file in files]
+    """Check frames one after another; what several share is hashed and decoded once."""
+    checked: set[Texture] = set()
+    return [_check_frame(file, folder, checked) for file in files]
 
 
-def _check_frame(file: FrameFile, folder: Path, digests: dict[Path, bytes]) -> CheckedFrame | FrameFault:
+def _check_frame(file: FrameFile, folder: Path, checked: set[Texture]) -> CheckedFrame | FrameFault:
     try:
-        mesh, _, raw = read_frame(file.path, folder)
-        whole = hashlib.sha256()
-        for path in raw.files:
-            if path not in digests:
-                if path in raw.images:
-                    check_image(path)
-                digests[path] = hashlib.sha256(read_regular_file(path)).digest()
-            whole.update(digests[path])
+        mesh, _, raw = read_frame(file, folder)
+        for texture in raw.images:
+            if texture not in checked:
+                texture.check()
+                checked.add(texture)
+        sha256 = _digest(file, raw)
     except FrameError as error:
         return FrameFault(file.clip, file.number, str(error.file), error.fault, error.remedy)
     except MemoryError:
@@ -51,11 +50,24 @@ def _check_frame(file: FrameFile, folder: Path, digests: dict[Path, bytes]) -> C
             file.clip, file.number, str(file.path), "it needs more memory than there is", "export it smaller"
         )
     return CheckedFrame(
-        replace(file, sha256=whole.hexdigest()),
+        replace(file, sha256=sha256),
         frame_bounds(_body(mesh.vertices, mesh.faces)),
         bool(mesh.textures),
         mesh.colors is not None,
     )
+
+
+def _digest(file: FrameFile, raw: RawMesh) -> str:
+    """SHA-256 over the bytes that the frame is made of, and, where they are not its own, over which of them it is."""
+    whole = hashlib.sha256()
+    if raw.stretches:
+        for start, size in raw.stretches:
+            whole.update(hashlib.sha256(read_stretch(raw.files[0], start, size, "a frame")).digest())
+    for path in raw.files[1:] if raw.stretches else raw.files:
+        whole.update(whole_digest(path))
+    if file.part is not None:
+        whole.update(f"{file.format} {file.part}".encode())
+    return whole.hexdigest()
 
 
 def _body(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

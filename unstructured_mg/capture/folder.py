@@ -1,26 +1,36 @@
 """Which files of a folder are frames: clips, frame numbers, natural order."""
 
 import os
-import re
+from dataclasses import dataclass
 from pathlib import Path
 
-from unstructured_mg.capture.capture import FrameFile
+from unstructured_mg.capture.frame_error import FrameError
+from unstructured_mg.capture.frame_file import FrameFile
 from unstructured_mg.capture.frame_reader import READERS
+from unstructured_mg.capture.numbering import frame_numbers, natural_key
+from unstructured_mg.capture.sequences import find_sequence
 from unstructured_mg.errors import FrameFault, UserError
 
 
-def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
-    """Sorts ``take2`` before ``take10``."""
-    words = re.split(r"([0-9]+)", name)
-    return tuple((1, int(word), word) if i % 2 else (0, 0, word) for i, word in enumerate(words))
+@dataclass(frozen=True)
+class Listing:
+    """Frames in playing order, faults that were seen by listing alone, warnings, and, by clip, the rate that a file of
+    many frames states.
+    """
+
+    frames: list[FrameFile]
+    faults: list[FrameFault]
+    warnings: list[str]
+    rates: dict[str, float]
 
 
-def list_frames(folder: Path) -> tuple[list[FrameFile], list[FrameFault], list[str]]:
-    """Frame files of a capture in playing order, faults of numbering, and warnings.
+def list_frames(folder: Path) -> Listing:
+    """The frames of a capture.
 
     The folder itself is a clip where it holds mesh files (named ``.``), and so is each folder in it that does. Hidden
     files and folders are passed over. A frame's number is the one run of digits in the file names that differs most
-    often from file to file, the last of them where several do; files without digits are not frames.
+    often from file to file, the last of them where several do; files without digits are not frames. A clip may be one
+    file that holds or lists many frames instead (see sequences.py); folders in it are then parts of it.
     """
     if not folder.is_dir():
         raise UserError(f"{folder}: there is no such folder; give the folder that holds the frames.")
@@ -31,22 +41,35 @@ def list_frames(folder: Path) -> tuple[list[FrameFile], list[FrameFault], list[s
     frames: list[FrameFile] = []
     faults: list[FrameFault] = []
     warnings: list[str] = []
+    rates: dict[str, float] = {}
     for clip in [".", *(name for name in names if (folder / name).is_dir())]:
         path = folder if clip == "." else folder / clip
         try:
-            meshes = sorted(
-                (
-                    name
-                    for name in os.listdir(path)
-                    if Path(name).suffix.lower() in READERS and not name.startswith(".")
-                ),
-                key=natural_key,
-            )
+            inside = sorted((name for name in os.listdir(path) if not name.startswith(".")), key=natural_key)
         except OSError as error:
             warnings.append(f"folder {clip} is left out: it cannot be listed ({error.strerror})")
             continue
-        _list_clip(clip, path, meshes, frames, faults, warnings)
-    return frames, faults, warnings
+        try:
+            sequence = find_sequence(path, inside, folder)
+        except FrameError as error:
+            faults.append(FrameFault(clip, 0, str(error.file), error.fault, error.remedy))
+            continue
+        if sequence is None:
+            meshes = [name for name in inside if Path(name).suffix.lower() in READERS]
+            _list_clip(clip, path, meshes, frames, faults, warnings)
+            continue
+        frames += [
+            FrameFile(clip, number, sequence.path, part=part, format=sequence.format)
+            for part, number in enumerate(sequence.numbers)
+        ]
+        if sequence.fault is not None:
+            rest = sequence.fault
+            faults.append(FrameFault(clip, sequence.numbers[-1] + 1, str(rest.file), rest.fault, rest.remedy))
+        if sequence.fps is not None:
+            rates[clip] = sequence.fps
+        if clip == ".":
+            break
+    return Listing(frames, faults, warnings, rates)
 
 
 def _list_clip(
@@ -76,21 +99,3 @@ def _list_clip(
                     "keep one of the two, or give each sequence a folder of its own",
                 )
             )
-
-
-def frame_numbers(names: list[str]) -> dict[str, int]:
-    """The frame number in each file name that has one: of a naming pattern's runs of digits the one that varies
-    most.
-    """
-    patterns: dict[tuple[str, ...], list[tuple[str, list[str]]]] = {}
-    for name in names:
-        words = re.split(r"([0-9]+)", Path(name).stem)
-        if len(words) > 1:
-            patterns.setdefault(tuple(word.lower() for word in words[::2]), []).append((name, words[1::2]))
-    numbers = {}
-    for files in patterns.values():
-        varieties = [len({runs[i] for _, runs in files}) for i in range(len(files[0][1]))]
-        most = max(varieties)
-        place = max(i for i, variety in enumerate(varieties) if variety == most)
-        numbers.update({name: int(runs[place]) for name, runs in files})
-    return numbers

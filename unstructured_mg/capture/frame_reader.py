@@ -4,29 +4,37 @@ from pathlib import Path
 
 import numpy as np
 
-from unstructured_mg.capture.frame_error import FrameError
+from unstructured_mg.capture.frame_error import FrameError, malformed
+from unstructured_mg.capture.frame_file import FrameFile
+from unstructured_mg.capture.gltf_reader import read_gltf
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.capture.obj_reader import read_obj
 from unstructured_mg.capture.ply_reader import read_ply
 from unstructured_mg.capture.raw_mesh import RawMesh
+from unstructured_mg.capture.sequences import read_part
 from unstructured_mg.capture.tidy import Tidied, tidy
 from unstructured_mg.geometry.laplacian import face_areas
 
 #: Reader by suffix; also the order of choice where a frame has several files.
-READERS = {".obj": read_obj, ".ply": read_ply}
+READERS = {".obj": read_obj, ".ply": read_ply, ".glb": read_gltf, ".gltf": read_gltf}
 
 #: Coordinates beyond this, in the file's unit, are a broken export: beside them the body's own size would be lost.
 LARGEST_COORDINATE = 1e9
 
 
-def read_frame(path: Path, folder: Path) -> tuple[TexturedMesh, Tidied, RawMesh]:
+def read_frame(frame: FrameFile, folder: Path) -> tuple[TexturedMesh, Tidied, RawMesh]:
     """Read, check and tidy a frame of the capture in ``folder``. Images are named, not opened.
 
     Raises
     ------
     FrameError : as the reader of that format; also for values that are not finite, and for faces without any area
     """
-    raw = READERS[path.suffix.lower()](path, folder)
+    path = frame.path
+    if frame.part is None:
+        with malformed(path):
+            raw = READERS[path.suffix.lower()](path, folder)
+    else:
+        raw = read_part(path, folder, frame.format, frame.part)
     remedy = "export the frame again"
     for values, name in ((raw.vertices, "vertex"), (raw.uv, "texture coordinate")):
         with np.errstate(invalid="ignore"):

@@ -1,5 +1,6 @@
 """Texture images to pixels."""
 
+import io
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,8 +18,8 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".tga", ".bmp")
 MOST_PIXELS = 1 << 26
 
 
-def read_image(path: Path) -> np.ndarray:
-    """Decode to ``(height, width, 3) uint8``, sRGB, top row first.
+def read_image(path: Path, data: bytes | None = None) -> np.ndarray:
+    """Decode to ``(height, width, 3) uint8``, sRGB, top row first: the file, or ``data`` out of it.
 
     Grey is repeated, alpha dropped (not blended), 16-bit values scaled to 8, CMYK and palettes converted; of an
     animation the first frame counts.
@@ -27,7 +28,7 @@ def read_image(path: Path) -> np.ndarray:
     ------
     UserError : the file is not there, not an image of ``FORMATS``, damaged, or has more than ``MOST_PIXELS`` pixels
     """
-    with _opened(path) as image:
+    with _opened(path, data) as image:
         if image.mode == "F" or image.mode.startswith("I"):
             # 16-bit grey: Pillow's own conversion would clip at 255
             deep = np.asarray(image)
@@ -38,11 +39,11 @@ def read_image(path: Path) -> np.ndarray:
         return np.array(image.convert("RGB"))
 
 
-def check_image(path: Path) -> tuple[int, int]:
+def check_image(path: Path, data: bytes | None = None) -> tuple[int, int]:
     """``(width, height)`` of an image that decodes without error; faster than decoding it. Raises UserError as
     read_image.
     """
-    with _opened(path) as image:
+    with _opened(path, data) as image:
         size = image.size
         if image.format == "PNG":
             image.verify()
@@ -53,20 +54,21 @@ def check_image(path: Path) -> tuple[int, int]:
     return size
 
 
-def image_size(path: Path) -> tuple[int, int]:
+def image_size(path: Path, data: bytes | None = None) -> tuple[int, int]:
     """``(width, height)`` as the image's header has it. Raises UserError as read_image, but damaged pixels go
     unnoticed.
     """
-    with _opened(path) as image:
+    with _opened(path, data) as image:
         return image.size
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Image.Image]:
+def _opened(path: Path, data: bytes | None) -> Iterator[Image.Image]:
     remedy = "export the texture again as PNG or JPEG"
     try:
         # what Pillow only warns of (odd metadata) does not matter here, or is refused below
-        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as image:
+        source = path if data is None else io.BytesIO(data)
+        with warnings.catch_warnings(action="ignore"), Image.open(source, formats=FORMATS) as image:
             width, height = image.size
             if width * height > MOST_PIXELS:
                 raise FrameError(

@@ -11,7 +11,6 @@ import numpy as np
 from unstructured_mg.capture.atlas import SAMPLES, coverage
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.frame_reader import read_frame
-from unstructured_mg.capture.image import image_size
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.capture.progress import Progress
 from unstructured_mg.capture.tidy import Tidied
@@ -160,7 +159,7 @@ def _measure_frames(capture: Capture, indices: range) -> list[tuple[FrameMeasure
     matrix = capture.to_metres()
     measured = []
     for index in indices:
-        mesh, tidied, _ = read_frame(capture.frames[index].path, capture.folder)
+        mesh, tidied, _ = read_frame(capture.frames[index], capture.folder)
         vertices = mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]
         counts = np.zeros((0, SAMPLES, SAMPLES), np.int32)
         if len(mesh.face_uv):
@@ -198,7 +197,7 @@ def _measure(
         uv_outside=int(np.count_nonzero(outside[mesh.face_uv].any(axis=1))),
         texture_used=used / counts.size if counts.size else 0.0,
         texture_overlap=int(np.count_nonzero(counts > 1)) / used if used else 0.0,
-        texture_sizes=tuple(image_size(texture.path) for texture in mesh.textures),
+        texture_sizes=tuple(texture.dimensions() for texture in mesh.textures),
         has_colors=mesh.colors is not None,
         welded_vertices=tidied.welded,
         unused_vertices=tidied.unused,

@@ -1,26 +1,10 @@
 """One captured frame."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Texture:
-    """A texture image on disk, decoded only where pixels are needed."""
-
-    path: Path
-
-    def read_bytes(self) -> bytes:
-        """The file as it is, for exports that must not touch it."""
-        return self.path.read_bytes()
-
-    def pixels(self) -> np.ndarray:
-        """Decode to ``(height, width, 3) uint8``, sRGB, top row first; grey, alpha, 16-bit and CMYK converted."""
-        from unstructured_mg.capture.image import read_image
-
-        return read_image(self.path)
+from unstructured_mg.capture.texture import Texture
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from unstructured_mg.capture.image import SUFFIXES
 from unstructured_mg.capture.mtl import read_mtl
 from unstructured_mg.capture.paths import capture_roots, decode_text, find_beside, find_named, read_regular_file
 from unstructured_mg.capture.raw_mesh import RawMesh
+from unstructured_mg.capture.texture import Texture
 
 # The faults of native/obj.c, in its order.
 _FAULTS = (
@@ -70,7 +71,7 @@ def read_obj(path: Path, folder: Path) -> RawMesh:
         uv=uv,
         face_uv=face_uv,
         colors=_colors(raw_colors),
-        images=images,
+        images=tuple(Texture(image) for image in images),
         face_image=face_image,
         files=(path, *library_files, *images),
     )

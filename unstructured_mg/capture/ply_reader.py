@@ -9,6 +9,7 @@ from unstructured_mg.capture.frame_error import FrameError
 from unstructured_mg.capture.image import SUFFIXES
 from unstructured_mg.capture.paths import capture_roots, decode_text, find_beside, find_named, read_regular_file
 from unstructured_mg.capture.raw_mesh import RawMesh
+from unstructured_mg.capture.texture import Texture
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -71,7 +72,8 @@ def read_ply(path: Path, folder: Path) -> RawMesh:
         face_image = np.where((texture_number >= 0) & (texture_number < len(images)), texture_number, -1).astype(
             np.int32
         )
-    return RawMesh(vertices, faces, uv, face_uv, colors, images, face_image, (path, *images))
+    textures = tuple(Texture(image) for image in images)
+    return RawMesh(vertices, faces, uv, face_uv, colors, textures, face_image, (path, *images))
 
 
 def _images(path: Path, roots: tuple[Path, ...], names: list[str]) -> tuple[Path, ...]:

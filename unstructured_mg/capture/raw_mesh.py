@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from unstructured_mg.capture.texture import Texture
+
 
 @dataclass(frozen=True)
 class RawMesh:
@@ -20,6 +22,8 @@ class RawMesh:
     images : the texture images in use
     face_image : (m,) int32 index into ``images``, -1 where a face has none
     files : every file that was read to get here, the mesh file first, images last
+    stretches : (start, size) of the bytes of the first file that are this frame's, where it holds others as well; all
+        of it where empty
     """
 
     vertices: np.ndarray
@@ -27,6 +31,7 @@ class RawMesh:
     uv: np.ndarray
     face_uv: np.ndarray
     colors: np.ndarray | None = None
-    images: tuple[Path, ...] = ()
+    images: tuple[Texture, ...] = ()
     face_image: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     files: tuple[Path, ...] = ()
+    stretches: tuple[tuple[int, int], ...] = ()

@@ -5,10 +5,12 @@ from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 
-from unstructured_mg.capture.capture import Capture, FrameFile
+from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.check import CheckedFrame, check_frames
-from unstructured_mg.capture.folder import list_frames, natural_key
+from unstructured_mg.capture.folder import list_frames
+from unstructured_mg.capture.frame_file import FrameFile
 from unstructured_mg.capture.frame_reader import READERS
+from unstructured_mg.capture.numbering import natural_key
 from unstructured_mg.capture.placement import place
 from unstructured_mg.capture.progress import Progress
 from unstructured_mg.capture.sidecar import check_floor, check_fps, check_unit, check_up, read_sidecar
@@ -53,12 +55,18 @@ def open_capture(
     given_unit = check_unit(unit) if unit is not None else sidecar.get("unit")
     given_up = check_up(up) if up is not None else sidecar.get("up")
     given_floor = check_floor(floor) if floor is not None else sidecar.get("floor")
-    files, faults, warnings = list_frames(folder)
+    listing = list_frames(folder)
+    files, faults, warnings = listing.frames, listing.faults, listing.warnings
+    if not files and faults:
+        raise UserError(f"{folder}: not one of its frames can be used: {_commonest(faults)}.")
     if not files:
         formats = " or ".join(suffix[1:].upper() for suffix in READERS)
         raise UserError(
-            f"{folder}: there are no frames in it; give a folder of {formats} files with numbers in their names."
+            f"{folder}: there are no frames in it; give a folder of {formats} files with numbers in their names, or of "
+            "one vologram (.vols), glTF animation, UVOL 2 or SCVV manifest."
         )
+    if given_fps is None:
+        given_fps = _stated_rate(listing.rates, warnings)
     checked = _check_all(files, folder, executor, progress)
     good = [frame for frame in checked if isinstance(frame, CheckedFrame)]
     faults += [frame for frame in checked if isinstance(frame, FrameFault)]
@@ -72,7 +80,7 @@ def open_capture(
     if given_fps is None:
         warnings.append(f"nothing says how many frames a second there are: {DEFAULT_FPS:g} is taken (--fps gives it)")
     placement = place([frame.bounds for frame in good], given_unit, given_up, given_floor)
-    clips = sorted({file.clip for file in files}, key=lambda clip: (clip != ".", natural_key(clip)))
+    clips = sorted({item.clip for item in (*files, *faults)}, key=lambda clip: (clip != ".", natural_key(clip)))
     return Capture(
         folder=folder,
         frames=tuple(frame.file for frame in good),
@@ -83,6 +91,14 @@ def open_capture(
         faults=tuple(sorted(faults, key=lambda fault: (clips.index(fault.clip), fault.number, fault.file))),
         warnings=(*warnings, *placement.warnings, *_strides([frame.file for frame in good])),
     )
+
+
+def _stated_rate(rates: dict[str, float], warnings: list[str]) -> float | None:
+    """The rate that the capture's own files state; the first clip's, with a warning, where they differ."""
+    stated = list(rates.values())
+    if any(abs(rate - stated[0]) > 1e-3 * stated[0] for rate in stated):
+        warnings.append(f"the clips state different rates: that of the first, {stated[0]:g}, is taken (--fps gives it)")
+    return stated[0] if stated else None
 
 
 def _check_all(

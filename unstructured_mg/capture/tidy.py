@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unstructured_mg import _native
-from unstructured_mg.capture.mesh import Texture, TexturedMesh
+from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.capture.raw_mesh import RawMesh
 from unstructured_mg.geometry.components import compact, weld_labels
 
@@ -74,7 +74,7 @@ def tidy(raw: RawMesh) -> tuple[TexturedMesh, Tidied]:
         uv=uv,
         face_uv=face_uv,
         colors=None if raw.colors is None else raw.colors[used],
-        textures=tuple(Texture(path) for path in raw.images),
+        textures=raw.images,
         face_material=face_image,
     )
     unused = len(raw.vertices) - len(vertices) - welded

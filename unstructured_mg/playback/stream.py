@@ -83,7 +83,7 @@ def posed_frames(
 def _captured(origin: WalkFrame, capture: Capture) -> PosedFrame:
     assert origin.frame is not None
     mesh = capture.read(origin.frame)
-    textures = tuple(EncodedImage(texture.read_bytes(), texture.path.suffix) for texture in mesh.textures)
+    textures = tuple(EncodedImage(texture.read_bytes(), texture.suffix) for texture in mesh.textures)
     return PosedFrame(
         own_vertices=mesh.vertices,
         faces=mesh.faces,
