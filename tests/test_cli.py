@@ -3,7 +3,11 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+import trimesh
+from PIL import Image
+from sequence_samples import UASTC_ARRAY, layer_picture, moved_body, vols_frame, vols_header
 
 
 def umg(*arguments, **options):
@@ -21,7 +25,7 @@ def assert_one_sentence(result, *words):
 
 def test_help_lists_every_command():
     shown = umg("--help").stdout
-    for command in ("inspect", "build", "walk", "path", "report", "demo"):
+    for command in ("inspect", "build", "walk", "path", "convert", "report", "demo"):
         assert command in shown
 
 
@@ -68,3 +72,22 @@ def test_misuse_is_one_sentence(tmp_path, arguments, words):
     places = {"capture", "work", "out"}
     assert_one_sentence(umg(*(tmp_path / word if word in places else word for word in arguments)), *words)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_convert_writes_a_capture_of_any_format_as_another(tmp_path):
+    (tmp_path / "take").mkdir()
+    frames = [vols_frame(13, i, moved_body(i), kind=int(i == 0), texture=UASTC_ARRAY) for i in range(3)]
+    (tmp_path / "take" / "take.vols").write_bytes(vols_header(13, 4, textured=True) + b"".join(frames))
+    result = umg("convert", tmp_path / "take", "-o", tmp_path / "out", "--unit", "cm", "--workers", 1)
+    assert result.returncode == 0, result.stderr
+    assert "1 frames cannot be used" in result.stdout and "3 frames are in" in result.stdout
+    for i in range(3):
+        mesh = trimesh.load(tmp_path / "out" / f"frame_{i + 1:05d}.obj", process=False)
+        np.testing.assert_allclose(mesh.bounds, [100 * moved_body(i).min(0), 100 * moved_body(i).max(0)], atol=1e-3)
+        with Image.open(tmp_path / "out" / f"frame_{i + 1:05d}.png") as image:
+            assert np.abs(np.asarray(image).astype(int) - layer_picture(0)).max() <= 3
+    assert_one_sentence(umg("convert", tmp_path / "take", "-o", tmp_path / "b", "--format", "xyz"), "xyz", "obj")
+    assert_one_sentence(
+        umg("convert", tmp_path / "take", "-o", tmp_path / "b", "--capture-fps", "0"), "--capture-fps", "above 0"
+    )
+    assert_one_sentence(umg("convert", tmp_path / "take", "-o", tmp_path / "out"), str(tmp_path / "out"))

@@ -341,6 +341,49 @@ def path(
 
 
 @app.command
+def convert(
+    capture: Path,
+    /,
+    *,
+    capture_fps: float | None = None,
+    capture_unit: str | None = None,
+    capture_up: str | None = None,
+    capture_floor: float | None = None,
+    export: Export,
+) -> None:
+    """Export a capture's frames as they are, whatever format they come in, with walk.json.
+
+    Parameters
+    ----------
+    capture
+        The folder with the captured frames (or with one folder a clip).
+    capture_fps
+        Frames a second of the capture, where it does not say it.
+    capture_unit
+        The capture's unit, in place of what is detected.
+    capture_up
+        The capture's up axis, in place of what is detected.
+    capture_floor
+        Height of the capture's floor along its up axis, in its unit.
+    """
+    from unstructured_mg.capture.reader import open_capture
+    from unstructured_mg.pipeline.export import export_capture
+    from unstructured_mg.pipeline.options import capture_options
+    from unstructured_mg.pipeline.pool import Pool
+    from unstructured_mg.pipeline.progress import StageProgress
+
+    options = export.options()
+    given = capture_options(capture_fps, capture_unit, capture_up, capture_floor, prefix="--capture-")
+    workers, progress = export.workers or _cores(), StageProgress(Console())
+    with Pool(workers) as pool, progress.stage("reading frames") as advance:
+        opened = open_capture(capture, **given, executor=pool.executor, progress=advance)
+    count = export_capture(opened, export.output, options, export.force, workers, progress)
+    if opened.faults:
+        print(f"{len(opened.faults)} frames cannot be used and are left out: umg inspect {capture} says why")
+    print(f"{count} frames are in {export.output}")
+
+
+@app.command
 def report(work: Path, /, *, output: Output | None = None, workers: Workers = None) -> None:
     """Write one HTML page with the matrix, the timeline, the probabilities and every transition's contact sheet.
 

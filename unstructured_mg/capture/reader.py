@@ -80,7 +80,9 @@ def open_capture(
     if given_fps is None:
         warnings.append(f"nothing says how many frames a second there are: {DEFAULT_FPS:g} is taken (--fps gives it)")
     placement = place([frame.bounds for frame in good], given_unit, given_up, given_floor)
-    clips = sorted({item.clip for item in (*files, *faults)}, key=lambda clip: (clip != ".", natural_key(clip)))
+    clips = sorted(
+        {f.clip for f in files} | {f.clip for f in faults}, key=lambda clip: (clip != ".", natural_key(clip))
+    )
     return Capture(
         folder=folder,
         frames=tuple(frame.file for frame in good),

@@ -54,7 +54,9 @@ ROOMS = {
 }
 
 
-def capture_options(fps: float | None, unit: str | None, up: str | None, floor: float | None) -> dict[str, Any]:
+def capture_options(
+    fps: float | None, unit: str | None, up: str | None, floor: float | None, prefix: str = "--"
+) -> dict[str, Any]:
     """What the command line says of a capture, checked before any frame is read; UserErrors name the option."""
     number: float | str | None = unit
     if unit is not None and unit not in UNITS:
@@ -66,7 +68,7 @@ def capture_options(fps: float | None, unit: str | None, up: str | None, floor: 
         ("up", check_up, up),
         ("floor", check_floor, floor),
     )
-    return {name: None if value is None else check(value, f"--{name}") for name, check, value in checks}
+    return {name: None if value is None else check(value, f"{prefix}{name}") for name, check, value in checks}
 
 
 def build_options(**given: Any) -> BuildOptions:
