@@ -4,13 +4,15 @@ BIN := .venv/bin
 COMPILED := tests/native tests/geometry tests/capture tests/matching tests/tracking tests/synthesis tests/playback/test_render.py
 SOURCES := pyproject.toml setup.py $(wildcard native/*.c native/*.h)
 
-.PHONY: demo test lint sanitize clean
+.PHONY: demo test tools lint sanitize clean
 
 demo: .venv/ready  ## Build a motion graph of the package's own capture and open-able results in demo/
 	$(BIN)/umg demo demo
 
 test: .venv/ready-test  ## All tests; ends with what was skipped and why
 	$(BIN)/python -m pytest $(TESTS)
+
+tools: .tools/ready  ## Programs of others that tests open exports with: ffprobe, and the Khronos glTF validator
 
 lint: .venv/ready-lint
 	$(BIN)/ruff check .
@@ -27,7 +29,7 @@ sanitize: .venv/ready-test  ## The tests of the compiled part under the address 
 		ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=. ../../$(BIN)/python -m pytest -s -p no:cacheprovider $(or $(TESTS),$(COMPILED))
 
 clean:
-	rm -rf .venv build demo unstructured_mg/*.so *.egg-info
+	rm -rf .venv .tools build demo unstructured_mg/*.so *.egg-info
 
 .venv/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -45,4 +47,11 @@ clean:
 
 .venv/ready-lint: .venv/ready
 	$(BIN)/python -m pip install --quiet --editable '.[lint]'
+	touch $@
+
+.tools/ready:
+	mkdir -p .tools
+	command -v ffprobe >/dev/null || { apt-get update -q && apt-get install -y -q --no-install-recommends ffmpeg; }
+	command -v npm >/dev/null || { apt-get update -q && apt-get install -y -q --no-install-recommends nodejs npm; }
+	npm install --silent --no-audit --no-fund --prefix .tools gltf-validator@2.0.0-dev.3.10
 	touch $@

@@ -20,8 +20,14 @@ FACE_UV = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
 
 def picture(color, suffix=".png", size=(4, 6)) -> EncodedImage:
     data = io.BytesIO()
-    Image.fromarray(np.full((*size, 3), color, np.uint8)).save(data, "JPEG" if suffix == ".jpg" else "PNG")
+    kind = {".jpg": "JPEG", ".png": "PNG", ".bmp": "BMP"}[suffix]
+    Image.fromarray(np.full((*size, 3), color, np.uint8)).save(data, kind)
     return EncodedImage(data.getvalue(), suffix)
+
+
+def decoded(texture: EncodedImage) -> np.ndarray:
+    with Image.open(io.BytesIO(texture.data)) as image:
+        return np.asarray(image.convert("RGB"))
 
 
 def export_frame(number=0, textures=None, **changed) -> ExportFrame:

@@ -33,6 +33,7 @@ app = App(
 
 Output = Annotated[Path, Parameter(name=["--output", "-o"])]
 AtLeastOne = validators.Number(gte=1)
+Positive = validators.Number(gt=0, lt=float("inf"))
 Workers = Annotated[int | None, Parameter(validator=AtLeastOne)]
 Flag = Annotated[bool, Parameter(negative=())]
 
@@ -49,7 +50,7 @@ class Export:
     force
         Replace an earlier export in the output folder.
     format
-        What to write: obj (OBJ + MTL + image files).
+        What to write: obj (OBJ + MTL + image files) or glb (one file with an animation).
     fps
         Frames a second; the capture's own unless given. The motion keeps its speed.
     first_number
@@ -316,11 +317,20 @@ def path(
     work: Path,
     /,
     *,
-    from_: Annotated[str, Parameter(name="--from")],
-    to: str,
+    from_: Annotated[str | None, Parameter(name="--from")] = None,
+    to: str | None = None,
+    frames: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
+    seconds: Annotated[float | None, Parameter(validator=Positive)] = None,
+    distance: Annotated[float | None, Parameter(validator=Positive)] = None,
+    curve: Path | None = None,
+    poses: Path | None = None,
+    loop: Flag = False,
+    within: Annotated[float | None, Parameter(validator=Positive)] = None,
     export: Export,
 ) -> None:
-    """Export the shortest path between two captured frames with walk.json, which says where every frame comes from.
+    """Export a path between captured frames with walk.json, which says where every frame comes from.
+
+    Without constraints it is the shortest. Constraints that cannot be met give the nearest path and say what it misses.
 
     Parameters
     ----------
@@ -330,14 +340,40 @@ def path(
         Id of the first captured frame.
     to
         Id of the last captured frame.
+    frames
+        How many frames to show, the first and last included (of a loop: in one round).
+    seconds
+        The same in seconds.
+    distance
+        Metres to travel over the floor; with --frames or --seconds the two are weighed (30 cm against 10 frames).
+    curve
+        A file with the floor curve to follow: a line for each point, x and y in metres. --from may be left out.
+    poses
+        A file with frames to pass through and when: a line for each, seconds and a frame's id.
+    loop
+        Back to the first frame, to be played again and again; --from may be left out where a length is given.
+    within
+        Metres that the path may get away from where it begins; needs --frames or --seconds.
     """
+    from unstructured_mg.pipeline.requests import path_request
     from unstructured_mg.pipeline.work import open_work
     from unstructured_mg.playback.walk import path_walk
 
     options = export.options()
     opened = open_work(work)
-    found = path_walk(opened.graph, opened.capture, opened.capture.index_of(from_), opened.capture.index_of(to))
-    _export(opened, found, export, options)
+    request = path_request(
+        opened.capture,
+        start=from_,
+        goal=to,
+        frames=frames,
+        seconds=seconds,
+        distance=distance,
+        curve=curve,
+        poses=poses,
+        loop=loop,
+        within=within,
+    )
+    _export(opened, path_walk(opened.graph, opened.capture, request), export, options)
 
 
 @app.command
@@ -454,8 +490,9 @@ def _export(work: "Work", walk: "Walk", export: Export, options: "ExportOptions"
 
     progress = StageProgress(Console())
     shown = export_work(work, walk, export.output, options, export.force, export.workers or _cores(), progress)
-    if walk.ended:
-        print(walk.ended)
+    for sentence in (walk.ended, walk.remark):
+        if sentence:
+            print(sentence)
     print(f"{shown} frames are in {export.output}")
 
 

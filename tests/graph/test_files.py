@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 from toy_capture import toy_capture
-from toy_graph import random_case
+from toy_graph import placed_case, random_case
 
 from unstructured_mg.errors import UserError
 from unstructured_mg.graph.files import graph_from_json, graph_to_json
@@ -28,6 +28,14 @@ def test_a_graph_comes_back_as_it_was(pairs):
     assert [t["quality"]["seam"] for t in data["transitions"]] == [link.cost for link in graph.links]
     for transition, link in zip(data["transitions"], graph.links, strict=True):
         np.testing.assert_array_equal(transition["alignment"]["matrix"], link.alignment.matrix())
+
+
+def test_places_come_back_to_a_micrometre():
+    capture, graph = placed_case(0)
+    again = graph_from_json(json.loads(json.dumps(graph_to_json(graph, capture, {}))), capture).places
+    np.testing.assert_allclose(again.captured, graph.places.captured, atol=1e-6)
+    for one, other in zip(again.steps, graph.places.steps, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-6)
 
 
 def test_frames_are_named_by_id():

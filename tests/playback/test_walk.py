@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from moving_toy import K, moving_capture, moving_links
 from toy_capture import toy_capture
-from toy_graph import frame_successors, random_case
+from toy_graph import frame_successors, placed_case, random_case
 
 from unstructured_mg.errors import UserError
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.files import graph_from_json, graph_to_json
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
+from unstructured_mg.graph.places import Places
+from unstructured_mg.graph.request import PathRequest
 from unstructured_mg.playback.random_generator import RandomGenerator
 from unstructured_mg.playback.walk import path_walk, random_walk
 
@@ -107,10 +109,31 @@ def test_a_path_shows_both_its_ends():
     steps = [(68, 20, step) for step in range(-K + 1, K)]
     assert graph.frames[0] == 20 + K and graph.frames[-1] == 68 - K
     with pytest.raises(UserError, match="Frame 71 is not in the motion graph"):
-        path_walk(graph, capture, 70, 25)
-    walk = path_walk(graph, capture, 60, 25)
+        path_walk(graph, capture, PathRequest(70, 25))
+    walk = path_walk(graph, capture, PathRequest(60, 25))
     assert [name(frame) for frame in walk] == [*range(60, 66), *steps, *range(23, 26)]
-    assert [name(frame) for frame in path_walk(graph, capture, 40, 40)] == [40]
+    assert [name(frame) for frame in path_walk(graph, capture, PathRequest(40, 40))] == [40]
+
+
+def test_a_loop_shows_its_first_frame_once_and_says_where_it_goes_on():
+    capture = moving_capture(100)
+    graph = build_graph(capture, moving_links((20, 68)))
+    walk = path_walk(graph, capture, PathRequest(40, loop=True))
+    assert (walk.kind, walk.start, walk.goal) == ("loop", 40, None)
+    names = [name(frame) for frame in walk]
+    assert names[0] == 40 and names[-1] == 39 and len(set(names)) == len(names)
+    alignment = graph.links[next(i for i, link in enumerate(graph.links) if link.source == 68)].alignment
+    assert walk.frames[-1].world == walk.again
+    np.testing.assert_allclose(walk.again.matrix(), alignment.matrix(), atol=1e-12)
+
+
+def test_a_path_along_a_curve_begins_on_it():
+    capture, graph = placed_case(0, 60, 2, k=2)
+    curve = np.array([[3.0, 1.0], [3.0, 2.0]])
+    walk = path_walk(graph, capture, PathRequest(curve=curve))
+    assert walk.kind == "path" and "strays" in walk.remark
+    first = walk.frames[0].world.apply(np.array([*graph.places.captured[walk.start], 0.0]))
+    assert np.linalg.norm(first[:2] - curve[0]) < 0.5
 
 
 def test_what_cannot_be_walked_is_said_in_a_sentence():
@@ -133,13 +156,16 @@ def test_the_pages_sample_graph_is_walked_as_the_page_says():
     capture = toy_capture(12)
     links = [Link(9, 3, 1, PlanarRigid(0.5, 1.0, -2.0), 0.2), Link(7, 3, 1, PlanarRigid(-0.25, 0.0, 0.5), 0.4)]
     graph = graph_from_json(sample, capture)
+    down = np.column_stack([np.zeros(12), -0.1 * np.arange(12)])
+    places = Places(down, (down[[9]], down[[7]]))
     built = graph_to_json(
-        build_graph(capture, links), capture, {(9, 3): {"seam_jump": 0.8}, (7, 3): {"seam_jump": 1.1}}
+        build_graph(capture, links, places=places), capture, {(9, 3): {"seam_jump": 0.8}, (7, 3): {"seam_jump": 1.1}}
     )
     for key, value in built.items():
         if key in ("visits", "edges", "transitions"):
             continue  # numbers in these are rounded on the page
         assert sample[key] == value, key
+    assert [t["places"] for t in sample["transitions"]] == [t["places"] for t in built["transitions"]]
     assert graph.links == tuple(sorted(links, key=lambda link: link.source))
     np.testing.assert_allclose(graph.visits, built["visits"], atol=1e-4)
     for edge, entry in zip(built["edges"], sample["edges"], strict=True):

@@ -10,9 +10,12 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import Edge, MotionGraph, Segment
+from unstructured_mg.graph.places import Places
 from unstructured_mg.graph.uniformity import Obstacle
 
 FORMAT_VERSION = 1
+# Decimals of places: micrometres.
+PLACE_DECIMALS = 6
 
 
 def graph_to_json(
@@ -34,6 +37,7 @@ def graph_to_json(
             {"leads_to": o.leads_to, "crowd": [name(f) for f in o.crowd], "narrow": [name(f) for f in o.narrow]}
             for o in graph.obstacles
         ],
+        "places": None if graph.places is None else _points(graph.places.captured),
         "transitions": [
             {
                 "source": name(link.source),
@@ -44,6 +48,7 @@ def graph_to_json(
                 "in_graph": index in used,
                 "cost": float(link.cost),
                 "alignment": {**_motion(link.alignment), "matrix": link.alignment.matrix().tolist()},
+                "places": None if graph.places is None else _points(graph.places.steps[index]),
                 "quality": dict(cards.get((link.source, link.target), {})),
             }
             for index, link in enumerate(graph.links)
@@ -91,6 +96,10 @@ def graph_from_json(data: Mapping[str, Any], capture: Capture) -> MotionGraph:
         )
         for e in data["edges"]
     )
+    places = None
+    if data.get("places") is not None:
+        steps = tuple(np.array(t["places"], np.float64).reshape(-1, 2) for t in data["transitions"])
+        places = Places(np.array(data["places"], np.float64).reshape(-1, 2), steps)
     visits_even, visits = (None if data[key] is None else np.array(data[key]) for key in ("visits_even", "visits"))
     return MotionGraph(
         frames=np.array([index(frame) for frame in data["frames"]], np.int32),
@@ -106,6 +115,7 @@ def graph_from_json(data: Mapping[str, Any], capture: Capture) -> MotionGraph:
             Obstacle(o["leads_to"], tuple(map(index, o["crowd"])), tuple(map(index, o["narrow"])))
             for o in data["obstacles"]
         ),
+        places=places,
     )
 
 
@@ -120,6 +130,10 @@ def _read_segment(played: Mapping[str, Any], links: tuple[Link, ...], capture: C
         steps = links[played["transition"]].steps
         return Segment(played["transition"], steps[0], steps[-1])
     return Segment(None, capture.index_of(played["first"]), capture.index_of(played["last"]))
+
+
+def _points(points: np.ndarray) -> list[list[float]]:
+    return [[round(float(x), PLACE_DECIMALS), round(float(y), PLACE_DECIMALS)] for x, y in points]
 
 
 def _motion(motion: PlanarRigid) -> dict[str, float]:

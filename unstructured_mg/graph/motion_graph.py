@@ -10,6 +10,7 @@ from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.frame_graph import FrameGraph, build_frame_graph, largest_loop
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.options import GraphOptions
+from unstructured_mg.graph.places import Places
 from unstructured_mg.graph.probabilities import Traffic, even_probabilities, optimise_probabilities, thresholds
 from unstructured_mg.graph.uniformity import Obstacle, find_obstacles
 
@@ -75,6 +76,7 @@ class MotionGraph:
         where the graph is not cyclic
     visits : the same with ``probabilities`` (P Fig. 10)
     obstacles : why no probabilities at all can make the visits exactly uniform; empty where some can
+    places : where every frame stands on the floor; None where that was not measured
     """
 
     frames: np.ndarray
@@ -87,6 +89,7 @@ class MotionGraph:
     visits_even: np.ndarray | None
     visits: np.ndarray | None
     obstacles: tuple[Obstacle, ...]
+    places: Places | None = None
 
     def out_edges(self) -> list[list[int]]:
         """For each node the indices of its out-edges, ascending."""
@@ -100,10 +103,13 @@ class MotionGraph:
         return frozenset(s.link for edge in self.edges for s in edge.segments if s.link is not None)
 
 
-def build_graph(capture: Capture, links: Sequence[Link], options: GraphOptions | None = None) -> MotionGraph:
+def build_graph(
+    capture: Capture, links: Sequence[Link], options: GraphOptions | None = None, places: Places | None = None
+) -> MotionGraph:
     """Trim to the largest strongly connected part, contract, and choose probabilities (P section 7, 7.1).
 
-    The order of ``links`` does not matter. Where no cycle exists the graph keeps everything and says so (``cyclic``).
+    The order of ``links`` does not matter (that of ``places.steps`` is theirs). Where no cycle exists the graph keeps
+    everything and says so (``cyclic``).
 
     Raises
     ------
@@ -111,7 +117,10 @@ def build_graph(capture: Capture, links: Sequence[Link], options: GraphOptions |
         Where a link's windows do not fit into the capture's runs, or two links join the same source and target.
     """
     options = options or GraphOptions()
-    links = tuple(sorted(links, key=lambda link: (link.source, link.target)))
+    order = sorted(range(len(links)), key=lambda index: (links[index].source, links[index].target))
+    links = tuple(links[index] for index in order)
+    if places is not None:
+        places = Places(places.captured, tuple(places.steps[index] for index in order))
     graph = build_frame_graph(len(capture), capture.runs(), links)
     loop = largest_loop(graph)
     cyclic = loop is not None
@@ -128,7 +137,9 @@ def build_graph(capture: Capture, links: Sequence[Link], options: GraphOptions |
         visits = _visits_per_frame(traffic, probabilities, frames, nodes, edges)
         obstacles = find_obstacles(graph, links, kept)
     limits = thresholds(traffic.source, probabilities)
-    return MotionGraph(frames, links, nodes, edges, probabilities, limits, cyclic, visits_even, visits, obstacles)
+    return MotionGraph(
+        frames, links, nodes, edges, probabilities, limits, cyclic, visits_even, visits, obstacles, places
+    )
 
 
 def _contract(graph: FrameGraph, links: Sequence[Link], kept: np.ndarray) -> tuple[np.ndarray, tuple[Edge, ...]]:

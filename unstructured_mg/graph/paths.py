@@ -1,6 +1,7 @@
 """Shortest paths between captured frames (P section 7.2)."""
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,12 +18,12 @@ class Path:
 
     Attributes
     ----------
-    start, goal : captured frame indices
+    start, goal : captured frame indices; the goal is None where the path stops inside a transition
     segments : what is played after ``start``, up to and including ``goal``; empty where they are the same
     """
 
     start: int
-    goal: int
+    goal: int | None
     segments: tuple[Segment, ...]
 
     def __len__(self) -> int:
@@ -68,7 +69,7 @@ def shortest_path(
             "transition leads back in this graph: choose a later frame of the same run, or build with more transitions."
         )
     segments = [s for index in middle for s in graph.edges[index].segments]
-    return Path(start_frame, goal_frame, _merged([*lead_in, *segments, *lead_out]))
+    return Path(start_frame, goal_frame, merged_segments([*lead_in, *segments, *lead_out]))
 
 
 def require_frame(graph: MotionGraph, frame: int, capture: Capture) -> None:
@@ -105,8 +106,8 @@ def cut_segments(segments: tuple[Segment, ...], start: int, stop: int) -> tuple[
     return tuple(part)
 
 
-def _merged(segments: list[Segment]) -> tuple[Segment, ...]:
-    """Captured segments that follow each other without a break as one."""
+def merged_segments(segments: Sequence[Segment]) -> tuple[Segment, ...]:
+    """The same frames with captured segments that follow each other without a break as one."""
     merged: list[Segment] = []
     for segment in segments:
         before = merged[-1] if merged else None

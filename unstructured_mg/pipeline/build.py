@@ -15,6 +15,7 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.graph.files import graph_to_json
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
+from unstructured_mg.graph.places import Places
 from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.matching.files import read_matching, write_matching
 from unstructured_mg.matching.match import Matching, match
@@ -23,14 +24,15 @@ from unstructured_mg.pipeline.lock import FolderLock
 from unstructured_mg.pipeline.names import pair_name
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pair_loop import Outcome, PairLoop
+from unstructured_mg.pipeline.places import captured_places
 from unstructured_mg.pipeline.pool import Pool
 from unstructured_mg.pipeline.preview import preview_capture, preview_inputs
 from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.store import Store, user_errors
 from unstructured_mg.pipeline.timings import Timings
-from unstructured_mg.synthesis.files import read_card
+from unstructured_mg.synthesis.files import read_card, read_floor_centres
 
-VERSIONS = {"reading": 1, "matching": 2, "outcomes": 2, "graph": 1}
+VERSIONS = {"reading": 1, "matching": 2, "outcomes": 2, "graph": 2}
 
 
 def build(folder: Path, work: Path, options: BuildOptions, workers: int, progress: StageProgress) -> None:
@@ -58,7 +60,7 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
             matching = _match(store, pool, read, options, progress, timings)
             candidates = chosen_candidates(choices, matching, capture, work / CHOICES_FILE)
             outcomes = _pairs(store, pool, read, candidates, choices, options, progress, timings)
-            _graph(store, capture, outcomes, options, progress, timings)
+            _graph(store, pool, capture, outcomes, options, progress, timings)
         except BaseException:
             pool.kill()  # before scratch is cleared, or workers would go on writing there
             if store.empty():
@@ -160,23 +162,28 @@ def _pairs(
 
 def _graph(
     store: Store,
+    pool: Pool,
     capture: Capture,
     outcomes: list[Outcome],
     options: BuildOptions,
     progress: StageProgress,
     timings: Timings,
 ) -> None:
-    links, cards = [], {}
+    with _worker_death("places on the floor"):
+        places = captured_places(store, pool, capture, progress, timings)
+    links, cards, steps = [], {}, []
     for outcome in outcomes:
         if outcome.refusal is not None:
             continue
         source, target = outcome.candidate.source, outcome.candidate.target
         for s, t in ((source, target), (target, source)):
-            alignment, card = read_card(store.path(pair_name(capture, s, t, "transitions")))
+            folder = store.path(pair_name(capture, s, t, "transitions"))
+            alignment, card = read_card(folder)
             links.append(Link(s, t, outcome.candidate.k, alignment, outcome.candidate.score))
+            steps.append(read_floor_centres(folder))
             cards[s, t] = card
     with progress.stage("graph and probabilities"), timings.wall("graph"):
-        graph = build_graph(capture, links, options.graph)
+        graph = build_graph(capture, links, options.graph, Places(places, tuple(steps)))
     content = graph_to_json(graph, capture, cards)
     transitions = [pair_name(capture, link.source, link.target, "transitions") for link in links]
     keys = [(store.manifest(name) or {}).get("key") for name in transitions]

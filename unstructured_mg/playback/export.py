@@ -12,6 +12,7 @@ from unstructured_mg.capture.progress import Progress
 from unstructured_mg.errors import UserError
 from unstructured_mg.playback.decimated import decimated_frames, decimated_transitions
 from unstructured_mg.playback.export_format import ExportFrame, Format, Target
+from unstructured_mg.playback.export_glb import GLB
 from unstructured_mg.playback.export_obj import OBJ
 from unstructured_mg.playback.export_options import ExportOptions
 from unstructured_mg.playback.showing import shown_frames
@@ -22,7 +23,7 @@ from unstructured_mg.playback.walk_json import walk_text, walk_to_json
 from unstructured_mg.playback.whole_folder import whole_folder
 from unstructured_mg.playback.world import ExportSpace, export_space
 
-FORMATS = {each.name: each for each in (OBJ,)}
+FORMATS = {each.name: each for each in (OBJ, GLB)}
 WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
 
 
@@ -31,10 +32,14 @@ def find_format(options: ExportOptions) -> Format:
     if options.format not in FORMATS:
         raise UserError(f"--format {options.format}: there is no such format; give one of {', '.join(FORMATS)}.")
     found = FORMATS[options.format]
+    unused = dict(found.unused)
+    if found.space is not None:
+        up, unit = found.space
+        unused |= dict.fromkeys(("up", "unit"), f"it is always {up} up, {unit:g} m a unit")
     for name in options.given():
-        if name in found.unused:
+        if name in unused:
             word = name.replace("_", "-")
-            raise UserError(f"--{word} means nothing to the format {found.name}; leave it out.")
+            raise UserError(f"--{word}: the format {found.name} has no use for it ({unused[name]}); leave it out.")
     return found
 
 
@@ -71,7 +76,7 @@ def export_walk(
     """
     options = ExportOptions() if options is None else options
     found = find_format(options)
-    space = export_space(capture, options.up, options.unit)
+    space = export_space(capture, *(found.space or (options.up, options.unit)))
     fps = options.fps or capture.fps
     shown = replace(walk, frames=tuple(walk.frames[i] for i in shown_frames(len(walk), capture.fps, options)))
     every = "|".join(["walk\\.json", *(each.files for each in FORMATS.values())])

@@ -1,7 +1,7 @@
 """What a format's exporter gets, and what it must give."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -77,11 +77,13 @@ class Format:
     prepare : makes of a frame what ``collect`` needs, or writes its files; runs in workers, for several frames at once
         and in any order
     collect : gets what ``prepare`` made, in order, and writes what must be written in order; gives each frame's file
-    unused : names of the ExportOptions that mean nothing here
+    unused : names of the ExportOptions that mean nothing here, and why
+    space : up axis and metres a unit, where the format knows no others
     """
 
     name: str
     files: str
     prepare: Callable[[ExportFrame, Target], Any]
     collect: Callable[[Iterator[Any], Target], list[str]]
-    unused: tuple[str, ...] = ()
+    unused: Mapping[str, str] = field(default_factory=dict)
+    space: tuple[str, float] | None = None

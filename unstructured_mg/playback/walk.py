@@ -9,7 +9,8 @@ from unstructured_mg.capture.capture import Capture
 from unstructured_mg.errors import UserError
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.motion_graph import MotionGraph, Segment
-from unstructured_mg.graph.paths import cut_segments, locate_frame, require_frame, shortest_path
+from unstructured_mg.graph.paths import cut_segments, locate_frame, require_frame
+from unstructured_mg.graph.request import PathRequest, find_path
 from unstructured_mg.playback.random_generator import MASK, RandomGenerator
 
 
@@ -48,11 +49,13 @@ class Walk:
     Attributes
     ----------
     frames : tuple of WalkFrame
-    kind : "random", "path" or "capture"
+    kind : "random", "path", "loop" or "capture"
     seed : of a random walk, else None
     start : captured frame index
-    goal : of a path, else None
+    goal : captured frame index that a path ends with; None where it ends inside a transition, of a loop or random walk
     ended : why a random walk is shorter than was asked for, a sentence; None where it is not
+    remark : how far a path is from what was asked for, a sentence or two; None where it is exactly that
+    again : of a loop, where its first frame goes when it is played once more: the frame's own place to the world
     """
 
     frames: tuple[WalkFrame, ...]
@@ -61,6 +64,8 @@ class Walk:
     start: int
     goal: int | None
     ended: str | None
+    remark: str | None = None
+    again: PlanarRigid | None = None
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -95,17 +100,23 @@ def random_walk(graph: MotionGraph, capture: Capture, frames: int, seed: int, st
     return Walk(played, "random", seed, start, None, ended)
 
 
-def path_walk(graph: MotionGraph, capture: Capture, start: int, goal: int, cost_weight: float = 0.0) -> Walk:
-    """The shortest path from captured frame ``start`` to ``goal``, both shown (P section 7.2).
+def path_walk(graph: MotionGraph, capture: Capture, request: PathRequest) -> Walk:
+    """The path that comes nearest to a request (P section 7.2; H and B section 4), from its first frame to its last.
+
+    A loop's last frame is its first again and is not shown twice.
 
     Raises
     ------
     UserError
-        Where a frame is not in the graph or cannot be reached.
+        As ``find_path``.
     """
-    path = shortest_path(graph, start, goal, capture, cost_weight)
-    first = WalkFrame("capture", start, None, None, PlanarRigid())
-    return Walk((first, *_play(graph, path.segments, PlanarRigid())), "path", None, start, goal, None)
+    found = find_path(graph, capture, request)
+    path = found.path
+    first = WalkFrame("capture", path.start, None, None, found.world)
+    frames = (first, *_play(graph, path.segments, found.world))
+    if found.loop:
+        return Walk(frames[:-1], "loop", None, path.start, None, None, found.remark, frames[-1].world)
+    return Walk(frames, "path", None, path.start, frames[-1].frame, None, found.remark)
 
 
 def capture_walk(capture: Capture) -> Walk:

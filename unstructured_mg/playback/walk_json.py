@@ -49,6 +49,8 @@ def walk_to_json(
         "start": name(walk.start),
         "goal": None if walk.goal is None else name(walk.goal),
         "ended": walk.ended,
+        "remark": walk.remark,
+        "again": None if walk.again is None else space.world(walk.again).tolist(),
         "inputs": dict(inputs or {}),
         "options": dict(options or {}),
         "frames": frames,

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from unstructured_mg.geometry.centre import floor_centre
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.synthesis.texture_flow import TextureFlow
 from unstructured_mg.synthesis.transition import Transition
@@ -105,3 +106,10 @@ def read_card(folder: Path) -> tuple[PlanarRigid, dict[str, Any]]:
     with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
         alignment = PlanarRigid(*(float(number) for number in arrays["alignment"]))
     return alignment, json.loads((folder / "card.json").read_text())
+
+
+def read_floor_centres(folder: Path) -> np.ndarray:
+    """(2k-1, 2) float64: the floor centre of each step of what ``write_transition`` wrote, in the source's place."""
+    with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
+        faces = arrays["faces"]
+        return np.stack([floor_centre(vertices, faces) for vertices in arrays["vertices"]])
