@@ -19,9 +19,11 @@ FACE_UV = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
 
 
 def picture(color, suffix=".png", size=(4, 6)) -> EncodedImage:
+    """One colour of (height, width) ``size``, or (height, width, 3) pixels."""
     data = io.BytesIO()
+    pixels = color if np.ndim(color) == 3 else np.full((*size, 3), color, np.uint8)
     kind = {".jpg": "JPEG", ".png": "PNG", ".bmp": "BMP"}[suffix]
-    Image.fromarray(np.full((*size, 3), color, np.uint8)).save(data, kind)
+    Image.fromarray(pixels).save(data, kind)
     return EncodedImage(data.getvalue(), suffix)
 
 

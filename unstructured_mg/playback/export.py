@@ -15,6 +15,7 @@ from unstructured_mg.playback.export_format import ExportFrame, Format, Target
 from unstructured_mg.playback.export_glb import GLB
 from unstructured_mg.playback.export_obj import OBJ
 from unstructured_mg.playback.export_options import ExportOptions
+from unstructured_mg.playback.export_ply import PLY, UNITY
 from unstructured_mg.playback.showing import shown_frames
 from unstructured_mg.playback.smaller_texture import smaller_texture
 from unstructured_mg.playback.stream import LoadTransition, PosedFrame, posed_frames
@@ -23,7 +24,7 @@ from unstructured_mg.playback.walk_json import walk_text, walk_to_json
 from unstructured_mg.playback.whole_folder import whole_folder
 from unstructured_mg.playback.world import ExportSpace, export_space
 
-FORMATS = {each.name: each for each in (OBJ, GLB)}
+FORMATS = {each.name: each for each in (OBJ, PLY, UNITY, GLB)}
 WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
 
 
