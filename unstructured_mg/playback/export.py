@@ -16,6 +16,7 @@ from unstructured_mg.playback.export_glb import GLB
 from unstructured_mg.playback.export_obj import OBJ
 from unstructured_mg.playback.export_options import ExportOptions
 from unstructured_mg.playback.export_ply import PLY, UNITY
+from unstructured_mg.playback.export_usd import USD
 from unstructured_mg.playback.showing import shown_frames
 from unstructured_mg.playback.smaller_texture import smaller_texture
 from unstructured_mg.playback.stream import LoadTransition, PosedFrame, posed_frames
@@ -24,7 +25,7 @@ from unstructured_mg.playback.walk_json import walk_text, walk_to_json
 from unstructured_mg.playback.whole_folder import whole_folder
 from unstructured_mg.playback.world import ExportSpace, export_space
 
-FORMATS = {each.name: each for each in (OBJ, PLY, UNITY, GLB)}
+FORMATS = {each.name: each for each in (OBJ, PLY, UNITY, GLB, USD)}
 WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
 
 
@@ -41,6 +42,10 @@ def find_format(options: ExportOptions) -> Format:
         if name in unused:
             word = name.replace("_", "-")
             raise UserError(f"--{word}: the format {found.name} has no use for it ({unused[name]}); leave it out.")
+    if options.up is not None and options.up not in found.axes:
+        raise UserError(f"--up {options.up}: the format {found.name} knows {' and '.join(found.axes)} only.")
+    if found.require is not None:
+        found.require()
     return found
 
 
@@ -77,7 +82,8 @@ def export_walk(
     """
     options = ExportOptions() if options is None else options
     found = find_format(options)
-    space = export_space(capture, *(found.space or (options.up, options.unit)))
+    up = options.up or (capture.up if capture.up in found.axes else found.axes[0])
+    space = export_space(capture, *(found.space or (up, options.unit)))
     fps = options.fps or capture.fps
     shown = replace(walk, frames=tuple(walk.frames[i] for i in shown_frames(len(walk), capture.fps, options)))
     every = "|".join(["walk\\.json", *(each.files for each in FORMATS.values())])

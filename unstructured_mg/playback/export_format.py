@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from unstructured_mg.capture.placement import UP_AXES
 from unstructured_mg.playback.stream import EncodedImage
 from unstructured_mg.playback.world import ExportSpace
 
@@ -79,6 +80,8 @@ class Format:
     collect : gets what ``prepare`` made, in order, and writes what must be written in order; gives each frame's file
     unused : names of the ExportOptions that mean nothing here, and why
     space : up axis and metres a unit, where the format knows no others
+    axes : the up axes that it knows; a capture with another one is exported with the first of them
+    require : raises UserError where a package or program that it needs is not there
     """
 
     name: str
@@ -87,3 +90,5 @@ class Format:
     collect: Callable[[Iterator[Any], Target], list[str]]
     unused: Mapping[str, str] = field(default_factory=dict)
     space: tuple[str, float] | None = None
+    axes: tuple[str, ...] = tuple(UP_AXES)
+    require: Callable[[], None] | None = None
