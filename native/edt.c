@@ -1,5 +1,5 @@
 /* A surface on a cylindrical grid: its area as a measure, and the squared distance to it. */
-#include "umg.h"
+#include "arguments.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -213,15 +213,13 @@ static void add_triangle(const Grid *g, float *restrict indicator, Sites *s, con
 }
 
 static int describe(const Grid *g, const double *vertices, const int32_t *faces, Py_ssize_t face_count, double spacing, int rounds,
-                    float *indicator, float *square) {
+                    float *indicator, float *square, int32_t *triangles) {
     const Py_ssize_t A = g->angles, R = g->radii, Z = g->heights, count = A * R * Z;
     float *positions = malloc((size_t)(2 * A * R + 3 * count) * sizeof(float));
     float *padded = calloc((size_t)(PADDED(A) * R * Z), sizeof(float));
-    int32_t *triangles = malloc((size_t)count * sizeof(int32_t));
-    if (positions == NULL || padded == NULL || triangles == NULL) {
+    if (positions == NULL || padded == NULL) {
         free(positions);
         free(padded);
-        free(triangles);
         return -1;
     }
     float *px = positions, *py = px + A * R;
@@ -265,54 +263,43 @@ static int describe(const Grid *g, const double *vertices, const int32_t *faces,
             }
     free(positions);
     free(padded);
-    free(triangles);
     return 0;
 }
 
 static PyObject *cylindrical_edt(PyObject *self, PyObject *args) {
     (void)self;
-    PyObject *objects[4];
+    PyObject *objects[5];
     Grid g;
     double spacing;
     int rounds;
-    if (!PyArg_ParseTuple(args, "OOOOnnnddddi", &objects[0], &objects[1], &objects[2], &objects[3], &g.radii, &g.heights, &g.angles,
+    if (!PyArg_ParseTuple(args, "OOOOOnnnddddi", &objects[0], &objects[1], &objects[2], &objects[3], &objects[4], &g.radii, &g.heights, &g.angles,
                           &g.radius_step, &g.bottom, &g.height_step, &spacing, &rounds))
         return NULL;
     if (g.radii < 4 || g.heights < 4 || g.angles < 4 || g.angles % 2 || g.radii > 4096 || g.heights > 4096 || g.angles > 4096)
         return PyErr_Format(PyExc_ValueError, "cylindrical_edt: expected 4 to 4096 grid points a side, an even number of angles");
     Py_ssize_t count = g.radii * g.heights * g.angles;
-    Py_buffer vertices, faces, indicator, square;
-    if (umg_buffer(objects[0], &vertices, 'd', -1, 0, "vertices") < 0)
+    const Argument wanted[5] = {{'d', -1, 0, "vertices"},
+                                {'i', -1, 0, "faces"},
+                                {'f', count, 1, "indicator"},
+                                {'f', count, 1, "square"},
+                                {'i', count, 1, "nearest"}};
+    Py_buffer views[5];
+    if (take_arguments(objects, wanted, views, 5) < 0)
         return NULL;
-    if (umg_buffer(objects[1], &faces, 'i', -1, 0, "faces") < 0)
-        goto no_faces;
-    if (umg_buffer(objects[2], &indicator, 'f', count, 1, "indicator") < 0)
-        goto no_indicator;
-    if (umg_buffer(objects[3], &square, 'f', count, 1, "square") < 0)
-        goto no_square;
     int status;
     Py_BEGIN_ALLOW_THREADS
-    status = describe(&g, vertices.buf, faces.buf, faces.len / 12, spacing, rounds, indicator.buf, square.buf);
+    status = describe(&g, views[0].buf, views[1].buf, views[1].len / 12, spacing, rounds, views[2].buf, views[3].buf, views[4].buf);
     Py_END_ALLOW_THREADS
-    PyBuffer_Release(&vertices);
-    PyBuffer_Release(&faces);
-    PyBuffer_Release(&indicator);
-    PyBuffer_Release(&square);
+    release_arguments(views, 5);
     if (status < 0)
         return PyErr_NoMemory();
     Py_RETURN_NONE;
-no_square:
-    PyBuffer_Release(&indicator);
-no_indicator:
-    PyBuffer_Release(&faces);
-no_faces:
-    PyBuffer_Release(&vertices);
-    return NULL;
 }
 
 PyMethodDef umg_edt_methods[] = {
     {"cylindrical_edt", cylindrical_edt, METH_VARARGS,
-     "cylindrical_edt(vertices, faces, indicator, square, radii, heights, angles, radius_step, bottom, height_step, spacing, "
-     "rounds): area measure and squared distance of a triangle surface, written to (radii, heights, angles) float32."},
+     "cylindrical_edt(vertices, faces, indicator, square, nearest, radii, heights, angles, radius_step, bottom, height_step, "
+     "spacing, rounds): area measure and squared distance of a triangle surface, written to (radii, heights, angles) float32, "
+     "and its nearest triangle, int32."},
     {NULL, NULL, 0, NULL},
 };

@@ -170,8 +170,13 @@ def build(
     unit: str | None = None,
     up: str | None = None,
     floor: float | None = None,
+    descriptor: str | None = None,
     window: Annotated[int, Parameter(validator=AtLeastOne)] = 10,
+    windows: str | None = None,
+    largest_window: int | None = None,
     threshold: float | None = None,
+    velocity: float | None = None,
+    colour: float | None = None,
     cage: str | None = None,
     hausdorff: float | None = None,
     blend: str | None = None,
@@ -198,10 +203,20 @@ def build(
         The capture's up axis: x, y or z, with a minus where it points down.
     floor
         Height of the floor along the up axis, in the capture's unit.
+    descriptor
+        What frames are compared by: cylindrical_edt, shape_histogram, or deformation_gradients (one connectivity only).
     window
-        Half window k: transitions are 2k + 1 frames long, ends included.
+        Half window k: transitions are 2k + 1 frames long, ends included. Of adaptive windows, the smallest.
+    windows
+        fixed, or adaptive: every pair gets the length at which it fits best.
+    largest_window
+        Of adaptive windows, the largest half window; twice the smallest unless given.
     threshold
-        Candidates differ by at most this share of the actor's size.
+        Candidates differ by at most this: a share of the actor's size, or in the units of the descriptor.
+    velocity
+        Seconds over which a difference of the root's velocity counts as distance; 0 leaves it out.
+    colour
+        Metres that the largest difference of a colour channel counts for; not at all unless given.
     cage
         The tetrahedral cage around a template: lattice (repeats exactly) or tetwild.
     hausdorff
@@ -230,8 +245,13 @@ def build(
 
     options = build_options(
         **capture_options(fps, unit, up, floor),
+        descriptor=descriptor,
         window=window,
+        windows=windows,
+        largest_window=largest_window,
         threshold=threshold,
+        velocity=velocity,
+        colour=colour,
         cage=cage,
         hausdorff=hausdorff,
         blend=blend,

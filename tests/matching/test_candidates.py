@@ -19,7 +19,7 @@ def scores(seed):
     centres = CAPTURE.window_centres(2)
     values[~(centres[:, None] & centres)] = np.nan
     k = np.where(np.isnan(values), 0, 2).astype(np.int16)
-    return Dissimilarity(values, np.zeros_like(values), k, 1.8)
+    return Dissimilarity(values, np.zeros_like(values), k, 1.8, "m")
 
 
 def far_apart(s, t, options):
@@ -116,7 +116,7 @@ def test_every_pair_has_its_own_window():
     found = scores(2)
     k = np.where(np.arange(COUNT)[:, None] + np.arange(COUNT) > 60, 20, 2).astype(np.int16)
     k[np.isnan(found.scores)] = 0
-    found = Dissimilarity(found.scores, found.yaw, k, found.size)
+    found = Dissimilarity(found.scores, found.yaw, k, found.size, "m")
     options = MatchingOptions(k=2, minimum_gap_seconds=0.0)
     eligible = eligible_pairs(CAPTURE, found, options)
     assert eligible[20, 25] and not eligible[20, 24] and not eligible[20, 60] and eligible[20, 61]

@@ -1,11 +1,13 @@
 import numpy as np
 import pytest
 import trimesh
-from array_capture import figure
+from array_capture import array_capture, figure
+from toy_capture import toy_capture
 
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.geometry.closest import ClosestPoints
-from unstructured_mg.matching.cylindrical_edt import Cylinder, describe, extent, fit, sample
+from unstructured_mg.matching.cylindrical_edt import Cylinder, describe, fit, sample
+from unstructured_mg.matching.extent import extent
 
 
 def grid_points(cylinder):
@@ -17,7 +19,7 @@ def grid_points(cylinder):
 
 
 def cylinder_of(*meshes, resolution=64):
-    return fit(np.stack([extent(TexturedMesh(*mesh)) for mesh in meshes]), resolution)
+    return fit(array_capture(meshes), np.stack([extent(TexturedMesh(*mesh)) for mesh in meshes]), resolution)
 
 
 def test_distances_are_those_of_an_exact_search():
@@ -36,7 +38,7 @@ def test_large_triangles_and_a_surface_off_the_axis():
     box = trimesh.creation.box((0.3, 0.2, 0.5))
     vertices, faces = box.vertices + [0.5, 0.2, 0.4], box.faces
     cylinder = Cylinder(16, 32, 64, 0.05, -0.1, 0.04)
-    indicator, square = sample(vertices, faces, cylinder)
+    indicator, square, _ = sample(vertices, faces, cylinder)
     exact = ClosestPoints(vertices, faces).query(grid_points(cylinder).reshape(-1, 3))[0].reshape(square.shape)
     assert np.abs(np.sqrt(square) - np.sqrt(exact)).max() < 0.02
     assert indicator.sum() == pytest.approx(1, abs=1e-5)
@@ -66,7 +68,7 @@ def test_only_the_surface_counts_not_its_triangles():
     cylinder = cylinder_of((vertices, faces))
     base = sample(vertices, faces, cylinder)
     for other in (fine, doubled, uneven):
-        indicator, square = sample(*other, cylinder)
+        indicator, square, _ = sample(*other, cylinder)
         difference = np.sum((base[0] - indicator) * (square - base[1]), dtype=np.float64) / 2
         cross = np.sum(base[0] * square + indicator * base[1], dtype=np.float64) / 2
         own = np.sum(base[0] * base[1] + indicator * square, dtype=np.float64) / 2
@@ -78,8 +80,9 @@ def test_a_frames_own_score_is_nearly_nothing():
     vertices, faces = figure(0.4, seed=3)
     mesh = TexturedMesh(vertices, faces)
     cylinder = cylinder_of((vertices, faces))
-    left, right, own = describe(mesh, extent(mesh), cylinder)
-    assert left.shape == right.shape == (64, 32 * 64) and left.dtype == right.dtype == np.complex64
+    described, own = describe(array_capture([(vertices, faces)]), 0, extent(mesh), cylinder)
+    assert described.shape == (128, 32 * 64) and described.dtype == np.complex64
+    left, right = described[:64], described[64:]
     assert 0 <= own < 4e-3**2 < (cylinder.height_step / 6) ** 2
     total = (left * right).sum(axis=1).real
     assert (total[0] + 2 * total[1:].sum()) / 128 == pytest.approx(own, abs=1e-6)
@@ -96,13 +99,8 @@ def test_the_cylinder_holds_every_frame_and_no_debris():
     with_debris = cylinder_of((vertices, faces), high)
     assert with_debris.radius_step == pytest.approx(cylinder.radius_step, rel=0.1)
     assert with_debris.height_step == pytest.approx(cylinder.height_step, rel=0.1)
-    indicator, square = sample(vertices, faces, with_debris)
+    indicator, square, _ = sample(vertices, faces, with_debris)
     assert np.isfinite(square).all() and indicator.sum() == pytest.approx(1, abs=1e-5)
-
-
-def test_a_surface_without_area_is_refused():
-    with pytest.raises(ValueError, match="mesh: expected a surface"):
-        extent(TexturedMesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)))
 
 
 @pytest.mark.parametrize(
@@ -117,3 +115,34 @@ def test_a_surface_without_area_is_refused():
 def test_what_would_crash_is_named(vertices, faces, named):
     with pytest.raises(ValueError, match=f"{named}: expected"):
         sample(vertices, np.array(faces, np.int32), Cylinder(16, 32, 64, 0.05, -0.1, 0.04))
+
+
+def coloured(phase, turned, seed):
+    """A figure that is bright on one side of the room, or, turned, on the other."""
+    vertices, faces = figure(phase, seed=seed)
+    side = vertices[:, 0] < 0 if turned else vertices[:, 0] > 0
+    return TexturedMesh(vertices, faces, colors=np.where(side[:, None], 255, 51).astype(np.uint8).repeat(3, axis=1))
+
+
+def test_with_colour_the_score_is_a_distance_in_space_and_colour(tmp_path):
+    """The mean over both surfaces of |x - y|^2 + lambda^2 |c(x) - c(y)|^2, y the nearest point of the other surface."""
+    meshes = [coloured(0.2, False, 1), coloured(0.35, True, 2)]
+    capture = toy_capture(2, mesh_of=meshes.__getitem__)
+    extents = np.stack([extent(mesh) for mesh in meshes])
+    plain, colourful = (fit(capture, extents, 64, colour) for colour in (0.0, 0.1))
+    squares = []
+    for cylinder in (plain, colourful):
+        (first, own_first), (second, own_second) = (describe(capture, i, extents[i], cylinder) for i in (0, 1))
+        assert first.shape == second.shape == (128, 32 * 64 * (7 if cylinder.colour else 4) // 4)
+        form = ((first[:64] * second[64:]).sum(axis=1) + (second[:64] * first[64:]).sum(axis=1).conj()) / 2
+        total = (form[0] + 2 * form[1:].sum()).real / 128
+        squares.append(total - (own_first + own_second) / 2)
+    expected = []
+    for one, other, place in ((meshes[0], meshes[1], extents), (meshes[1], meshes[0], extents[::-1])):
+        shift = np.array([*(place[1] - place[0])[:2], 0])
+        corners = one.vertices[one.faces]
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        nearest = ClosestPoints(other.vertices, other.faces).query(corners.mean(axis=1) + shift)[1]
+        colours = [mesh.colors[mesh.faces, 0].mean(axis=1) / 255 for mesh in (one, other)]
+        expected.append(area @ (3 * 0.1**2 * (colours[0] - colours[1][nearest]) ** 2) / area.sum())
+    assert squares[1] - squares[0] == pytest.approx(np.mean(expected), rel=0.1)

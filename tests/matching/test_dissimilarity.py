@@ -7,11 +7,12 @@ from real_captures import real_capture
 
 from unstructured_mg.capture.reader import open_capture
 from unstructured_mg.geometry.planar import PlanarRigid
-from unstructured_mg.matching import cylindrical_edt, dissimilarity, fields
+from unstructured_mg.matching import correlation, cylindrical_edt, dissimilarity, fields
 from unstructured_mg.matching.dissimilarity import compute_dissimilarity
+from unstructured_mg.matching.extent import extent
 from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.matching.velocity import root_velocities
-from unstructured_mg.matching.window import window_weights
+from unstructured_mg.matching.window import spline_weights
 
 QUICK = MatchingOptions(resolution=32, k=2)
 
@@ -36,13 +37,13 @@ def walk_result(walk, tmp_path_factory):
 
 def test_equals_the_definition_summed_directly(walk, walk_result):
     """Window sums of correlations over rolled grids, evaluated between grid yaws by trigonometric interpolation."""
-    extents = np.stack([cylindrical_edt.extent(walk.read(i)) for i in range(14)])
-    cylinder = cylindrical_edt.fit(extents, 32)
+    extents = np.stack([extent(walk.read(i)) for i in range(14)])
+    cylinder = cylindrical_edt.fit(walk, extents, 32)
     grids = [
-        cylindrical_edt.sample(mesh.vertices - [*extent[:2], 0], mesh.faces, cylinder)
-        for mesh, extent in ((walk.read(i), extents[i]) for i in range(14))
+        cylindrical_edt.sample(mesh.vertices - [*place[:2], 0], mesh.faces, cylinder)
+        for mesh, place in ((walk.read(i), extents[i]) for i in range(14))
     ]
-    grids = [(x.astype(float), e.astype(float)) for x, e in grids]
+    grids = [(x.astype(float), e.astype(float)) for x, e, _ in grids]
 
     def rolled(s, t):
         return np.array(
@@ -56,7 +57,8 @@ def test_equals_the_definition_summed_directly(walk, walk_result):
             ]
         )
 
-    weights, velocities = window_weights(2), root_velocities(extents[:, :2], 2, 30.0)
+    weights = spline_weights(2)
+    velocities = root_velocities(extents[:, :2], weights, 30.0)
     dense = np.arange(64 * 20) * 2 * np.pi / (64 * 20)
     for s, t in ((2, 2), (2, 7), (5, 11), (9, 10)):
         terms = zip(weights, range(-2, 3), strict=True)
@@ -144,7 +146,7 @@ def test_windows_stay_inside_clips_and_between_gaps(tmp_path):
 
 def test_tiles_and_files_do_not_show(walk, walk_result, tmp_path, monkeypatch):
     monkeypatch.setattr(dissimilarity, "TILE", 4)
-    monkeypatch.setattr(dissimilarity, "CHUNK", 5)
+    monkeypatch.setattr(correlation, "CHUNK", 5)
     monkeypatch.setattr(fields, "BLOCK", 3)
     progress = []
     tiled = compute_dissimilarity(walk, QUICK, scratch=tmp_path, progress=lambda *report: progress.append(report))
@@ -181,3 +183,32 @@ def test_real_frames_turned_and_cut_otherwise(tmp_path):
     assert result.scores[pairs].max() < 1e-3
     neighbours = result.scores[np.arange(2, 6), np.arange(3, 7)]
     assert neighbours.max() < 3e-3  # a man who stands still: not the grid's 10 mm
+
+
+def test_adaptive_windows_take_the_length_that_fits_best(tmp_path):
+    """Each pair's score is the least over the lengths, by H's weights; long windows only where they share no frame."""
+    meshes = turned_walk(24, 4)
+    clips = [("a", range(15)), ("b", range(9))]
+    capture = array_capture(meshes, clips=clips)
+    options = MatchingOptions(resolution=16, k=2, windows="adaptive", largest_k=4)
+    found = compute_dissimilarity(capture, options, scratch=tmp_path)
+    alone = []
+    for k in (2, 3, 4):
+        only = MatchingOptions(resolution=16, k=k, windows="adaptive", largest_k=k)
+        one = compute_dissimilarity(capture, only, scratch=tmp_path)
+        assert set(np.unique(one.k)) == {0, k}
+        alone.append(one)
+    index = np.arange(24)
+    same = (index[:, None] < 15) == (index < 15)
+    scores = np.stack([one.scores for one in alone])
+    for position, k in enumerate((3, 4), 1):
+        scores[position][same & (np.abs(index[:, None] - index) < 2 * k + 1)] = np.nan
+    scores[np.isnan(scores)] = np.inf
+    least = scores.min(axis=0)
+    np.testing.assert_allclose(np.where(np.isinf(least), np.nan, least), found.scores, atol=2e-6)
+    upper = np.triu(np.isfinite(found.scores), 1)
+    chosen = np.choose(scores.argmin(axis=0), (2, 3, 4))
+    clear = np.sort(scores, axis=0)[1] > least + 1e-5
+    np.testing.assert_array_equal(found.k[upper & clear], chosen[upper & clear])
+    assert len(set(found.k[upper].tolist())) > 1
+    np.testing.assert_array_equal(found.k, found.k.T)

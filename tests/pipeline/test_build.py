@@ -101,7 +101,7 @@ def test_bad_frames_are_listed_and_no_window_touches_them(built, tmp_path):
     (bad / "frame_0040.jpg").unlink()
     (bad / "frame_0050.obj").write_bytes(b"")
     # No score is low enough for a candidate: matching is all that is asked here.
-    options = replace(built.options, matching=replace(built.options.matching, threshold_size=0.0))
+    options = replace(built.options, matching=replace(built.options.matching, threshold=0.0))
     build(bad, tmp_path / "work", options, 2, quiet())
     work = open_work(tmp_path / "work")
     faults = {(fault.number, fault.file) for fault in work.capture.faults}

@@ -8,21 +8,28 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.pipeline.options import NAMES, ROOMS, BuildOptions, build_options, capture_options
 
 GIVEN = {
+    "descriptor": "shape_histogram",
+    "windows": "adaptive",
     "window": 4,
+    "largest_window": 12,
     "threshold": 0.02,
+    "velocity": 0.2,
+    "colour": 0.05,
     "cage": "tetwild",
     "hausdorff": 0.05,
     "blend": "linear",
     "weights": "linear",
     "texture": "crossfade",
 }
+# What a word needs beside it.
+BESIDE = {"largest_window": {"windows": "adaptive"}}
 
 
 def test_every_word_reaches_its_room_and_nothing_else():
     assert GIVEN.keys() == NAMES.keys()
     for word, value in GIVEN.items():
         room, name = NAMES[word]
-        options = build_options(**{word: value})
+        options = build_options(**{word: value}, **BESIDE.get(word, {}))
         assert getattr(getattr(options, room), name) == value != getattr(ROOMS[room](), name)
         for other in set(ROOMS) - {room}:
             assert getattr(options, other) == ROOMS[other]()

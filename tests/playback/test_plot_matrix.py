@@ -29,7 +29,7 @@ def picture(svg):
 
 def test_every_pixel_has_the_colour_of_its_score():
     scores = matrix_of(40)
-    image = picture(parse(plot_matrix(memory_capture([("a", n) for n in range(40)]), scores, 0.2, 10, [])))
+    image = picture(parse(plot_matrix(memory_capture([("a", n) for n in range(40)]), scores, "m", 0.2, 10, [])))
     highest = np.quantile(scores[np.isfinite(scores)], 0.99)
     pixels = np.asarray(image.convert("RGBA"))
     missing = np.isnan(scores)
@@ -42,7 +42,7 @@ def test_in_a_large_matrix_no_match_vanishes():
     scores = np.full((2000, 2000), 1.0, np.float32)
     scores[333, 1444] = 0.0
     image = np.asarray(
-        picture(parse(plot_matrix(memory_capture([("a", n) for n in range(2000)]), scores, 0.2, 10, [])))
+        picture(parse(plot_matrix(memory_capture([("a", n) for n in range(2000)]), scores, "m", 0.2, 10, [])))
     )
     assert max(image.shape) <= 900
     assert (image == 0).sum() == 1 and image[333 // 3, 1444 // 3] == 0
@@ -53,17 +53,17 @@ def test_pairs_are_marked_where_they_lie_and_link_to_the_report():
         PairOutcome(Candidate(8, 30, 0.125, 0.0, 3), "kept"),
         PairOutcome(Candidate(10, 25, 0.5, 0.0, 3), "refused", "tracking", "too far & <away>"),
     ]
-    svg = parse(plot_matrix(memory_capture([("a", n + 1) for n in range(40)]), matrix_of(40), 0.2, 10, pairs))
+    svg = parse(plot_matrix(memory_capture([("a", n + 1) for n in range(40)]), matrix_of(40), "rad", 0.2, 10, pairs))
     ring = svg.find(".//circle[@class='kept']")
     assert float(ring.get("cx")) == pytest.approx(MARGIN + 30.5 * SIDE / 40, abs=0.01)
     assert float(ring.get("cy")) == pytest.approx(8 + 8.5 * SIDE / 40, abs=0.01)
     links = {link.get("href"): link.find("title").text for link in svg.iter("a")}
     assert links == {
-        "#pair-8-30": "9 and 31: 125 mm apart, kept",
-        "#pair-10-25": "11 and 26: 500 mm apart, refused: too far & <away>",
+        "#pair-8-30": "9 and 31: 7.16° apart, kept",
+        "#pair-10-25": "11 and 26: 28.6° apart, refused: too far & <away>",
     }
 
 
 def test_a_matrix_without_any_score_is_still_drawn():
-    svg = parse(plot_matrix(memory_capture([("a", 0), ("a", 1)]), np.full((2, 2), np.nan), 0.0, 60, []))
+    svg = parse(plot_matrix(memory_capture([("a", 0), ("a", 1)]), np.full((2, 2), np.nan), "m", 0.0, 60, []))
     assert np.asarray(picture(svg).convert("RGBA"))[..., 3].max() == 0

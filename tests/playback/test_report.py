@@ -91,6 +91,7 @@ def report_data(**change):
         "capture": capture,
         "capture_summary": (("folder", NASTY), ("clips", "2")),
         "scores": scores,
+        "unit": "m",
         "threshold": 0.8125,
         "gap": 30,
         "candidates": (kept, refused),

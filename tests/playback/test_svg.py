@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from unstructured_mg.playback.svg import label, length, number, percent, round_steps
+from unstructured_mg.playback.svg import apart, label, length, number, percent, round_steps
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,12 @@ def test_numbers_that_are_not_finite_are_named():
 )
 def test_lengths_are_in_millimetres_below_a_metre(metres, text):
     assert length(metres) == text
+
+
+def test_dissimilarities_are_in_the_unit_of_their_descriptor():
+    assert apart(0.0375, "m") == "37.5 mm"
+    assert apart(math.pi / 8, "rad") == "22.5°"
+    assert apart(0.012345, "") == "0.0123"
 
 
 def test_shares_are_in_percent():

@@ -16,8 +16,8 @@ class Candidate:
     """A pair of similar windows, centred at frame indices ``source < target``.
 
     ``yaw`` (radians) turns the target about the vertical so that it best matches the source;
-    ``score`` is the windowed dissimilarity after that turn, in metres (lower is better). Both windows have 2 k + 1
-    frames, k either side of the centre.
+    ``score`` is the windowed dissimilarity after that turn, in the descriptor's unit (lower is better). Both windows
+    have 2 k + 1 frames, k either side of the centre.
     """
 
     source: int

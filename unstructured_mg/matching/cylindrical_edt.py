@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 
 from unstructured_mg import _native
-from unstructured_mg.capture.mesh import TexturedMesh
-from unstructured_mg.geometry.laplacian import face_areas
+from unstructured_mg.capture.capture import Capture
+from unstructured_mg.matching import correlation
+from unstructured_mg.matching.descriptor import Descriptor
+from unstructured_mg.matching.face_colours import face_colours
 
-# This share of a frame's area may lie outside the cylinder at each end (stray triangles); it counts as lying on its
-# border.
-OUTSIDE = 2e-3
 # No frame makes the cylinder wider or higher than this many times the median frame: a broken one must not coarsen the
 # rest.
 WIDEST = 4.0
@@ -22,7 +20,8 @@ class Cylinder:
     """Grid of ``radii`` x ``heights`` x ``angles`` points about a vertical axis through a frame's centre of mass.
 
     Point (j, i, a) lies at radius ``(j + 1/2) radius_step``, height ``bottom + i height_step`` (metres above the
-    floor: heights are not centred, a jump does not match a stand) and angle ``2 pi a / angles``.
+    floor: heights are not centred, a jump does not match a stand) and angle ``2 pi a / angles``. ``colour``: metres
+    that the largest difference of a colour channel counts for, 0 where colours do not count.
     """
 
     radii: int
@@ -31,35 +30,12 @@ class Cylinder:
     radius_step: float
     bottom: float
     height_step: float
+    colour: float = 0.0
 
 
-def shape(resolution: int) -> tuple[int, int, int]:
-    """Frequencies, cells (radius by height) and angles. The frequency ``angles / 2`` carries no direction: left out."""
-    return resolution, resolution // 2 * resolution, 2 * resolution
-
-
-def extent(mesh: TexturedMesh) -> np.ndarray:
-    """``(5,) float64``: the centre of mass x, y; but for outlying area, radius about it, least and most height."""
-    corner_mass = np.repeat(face_areas(mesh.vertices, mesh.faces) / 3, 3)
-    mass = np.bincount(mesh.faces.ravel(), corner_mass, minlength=len(mesh.vertices))
-    if not mass.sum() > 0:
-        raise ValueError("mesh: expected a surface with an area, got none")
-    # Not a BLAS product, which rounds otherwise with another number of threads.
-    axis = (mass[:, None] * mesh.vertices[:, :2]).sum(axis=0) / mass.sum()
-    radius = np.hypot(mesh.vertices[:, 0] - axis[0], mesh.vertices[:, 1] - axis[1])
-    height = mesh.vertices[:, 2]
-    return np.array(
-        [
-            *axis,
-            _quantile(radius, mass, 1 - OUTSIDE),
-            _quantile(height, mass, OUTSIDE),
-            _quantile(height, mass, 1 - OUTSIDE),
-        ]
-    )
-
-
-def fit(extents: np.ndarray, resolution: int) -> Cylinder:
+def fit(capture: Capture, extents: np.ndarray, resolution: int | None, colour: float = 0.0) -> Cylinder:
     """The cylinder around all frames, from their ``extents`` (n, 5), with a margin for the cubic stencil."""
+    assert resolution is not None
     radius = min(extents[:, 2].max(), WIDEST * np.median(extents[:, 2]))
     middle = np.median(extents[:, 3:].mean(axis=1))
     half = WIDEST * np.median(extents[:, 4] - extents[:, 3]) / 2
@@ -75,11 +51,18 @@ def fit(extents: np.ndarray, resolution: int) -> Cylinder:
         float(radius / (radii - 2.5)),
         float(low - 1.5 * height_step),
         float(height_step),
+        colour,
     )
 
 
-def describe(mesh: TexturedMesh, extent: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray, float]:
-    """Fourier coefficients over the angle of the area measure X and, conjugated, of the squared distance E.
+def shape(cylinder: Cylinder) -> tuple[int, int, type]:
+    """Rows (frequencies of both fields) and cells, complex64; colour adds three quarters of a field."""
+    cells = cylinder.radii * cylinder.heights
+    return cylinder.angles, cells + (3 * cells // 4 if cylinder.colour else 0), np.complex64
+
+
+def describe(capture: Capture, index: int, extent: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, float]:
+    """Fourier coefficients over the angle of the area measure X and of the squared distance E, packed; and D_ii(0).
 
     X holds the frame's area, scaled to a total of 1, spread from dense samples by cubic convolution, so that <X, E>
     is the mean over the surface of E interpolated by cubics. These reproduce quadratics, and a squared distance is
@@ -87,20 +70,27 @@ def describe(mesh: TexturedMesh, extent: np.ndarray, cylinder: Cylinder) -> tupl
     spreading, and does not hide the motion between neighbouring frames. X is a measure and not a density: the paper's
     factor m (radius) is in it.
 
-    Returns (angles / 2, radii * heights) complex64 twice and D_ii(0) = <X, E> in square metres. The one frequency
-    left out, angles / 2, carries no direction.
+    With colour, E gains lambda^2 |C_t - c_s|^2, c_s the colours of surface s and C_t those of the nearest points of
+    surface t, so that a score is a distance in space and colour: the square of C_t joins E, the products are three
+    more fields, of cells of 2 x 2 radii and heights, and the square of c_s falls out with the frame's own score.
     """
-    indicator, square = sample(mesh.vertices - [extent[0], extent[1], 0.0], mesh.faces, cylinder)
-    own = float(np.einsum("jia,jia->", indicator, square, dtype=np.float64))
-    keep = cylinder.angles // 2
-    left, right = (
-        scipy.fft.rfft(field.reshape(-1, cylinder.angles), axis=1)[:, :keep].T for field in (indicator, square)
-    )
-    return left, right.conj(), own
+    mesh = capture.read(index)
+    left, right, nearest = sample(mesh.vertices - [extent[0], extent[1], 0.0], mesh.faces, cylinder)
+    cells = (cylinder.radii * cylinder.heights, cylinder.angles)
+    lefts, rights = [left.reshape(cells)], [right.reshape(cells)]
+    if cylinder.colour:
+        colours = cylinder.colour * face_colours(mesh)[nearest]
+        rights[0] = (right + (colours**2).sum(axis=3)).reshape(cells)
+        for channel in np.moveaxis(colours, 3, 0):
+            lefts.append(_pooled(left * channel, cylinder))
+            rights.append(_pooled(channel, cylinder) * np.float32(-2 / 4))
+    left, right = np.concatenate(lefts), np.concatenate(rights)
+    own = float(np.einsum("ca,ca->", left, right, dtype=np.float64))
+    return correlation.pack(left, right), own
 
 
-def sample(vertices: np.ndarray, faces: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray]:
-    """Area measure (total 1) and squared distance in m^2, both ``(radii, heights, angles) float32``.
+def sample(vertices: np.ndarray, faces: np.ndarray, cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Area measure (total 1), squared distance in m^2, both float32, and nearest face, int32: (radii, heights, angles).
 
     Triangles are cut into parts of at most one grid step. A distance is that to the part found nearest (within three
     steps, to its triangle) by two rounds of handing parts on along the three grid directions: never too small; too
@@ -113,18 +103,18 @@ def sample(vertices: np.ndarray, faces: np.ndarray, cylinder: Cylinder) -> tuple
     if len(faces) == 0 or faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(f"faces: expected at least one, with indices in 0..{len(vertices) - 1}")
     shape = (cylinder.radii, cylinder.heights, cylinder.angles)
-    indicator, square = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    indicator, square, nearest = np.empty(shape, np.float32), np.empty(shape, np.float32), np.empty(shape, np.int32)
     steps = (cylinder.radius_step, cylinder.bottom, cylinder.height_step)
     part, rounds = min(cylinder.radius_step, cylinder.height_step), 2
-    _native.cylindrical_edt(vertices, faces, indicator, square, *shape, *steps, part, rounds)
+    _native.cylindrical_edt(vertices, faces, indicator, square, nearest, *shape, *steps, part, rounds)
     indicator /= indicator.sum(dtype=np.float64)
-    return indicator, square
+    return indicator, square, nearest
 
 
-def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """Value below which ``share`` of the weight lies, to 1 / 4096 of the range: a sort takes ten times as long."""
-    low, high = values.min(), values.max()
-    step = (high - low) / 4096 or 1.0
-    cells = np.minimum((values - low) / step, 4095).astype(np.intp)
-    total = np.cumsum(np.bincount(cells, weights, 4096))
-    return float(low + step * (np.searchsorted(total, share * total[-1]) + 1))
+def _pooled(field: np.ndarray, cylinder: Cylinder) -> np.ndarray:
+    """Sums over 2 x 2 radii and heights of a field (radii, heights, angles): (cells / 4, angles)."""
+    split = field.reshape(cylinder.radii // 2, 2, cylinder.heights // 2, 2, cylinder.angles)
+    return split.sum(axis=(1, 3)).reshape(-1, cylinder.angles)
+
+
+DESCRIPTOR = Descriptor("m", 0.04, 64, True, fit, shape, describe, correlation.compare)

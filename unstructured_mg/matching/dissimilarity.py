@@ -1,4 +1,4 @@
-"""How alike any two windows are, and at which yaw (P section 4, A.1)."""
+"""How alike any two windows are, and at which yaw (P section 4, A.1; H section 3; B section 3.1)."""
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -6,22 +6,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.fft
 
-from unstructured_mg import _native
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.progress import Progress
+from unstructured_mg.errors import UserError
+from unstructured_mg.matching.descriptor import Window
 from unstructured_mg.matching.descriptors import DESCRIPTORS
+from unstructured_mg.matching.extent import actor_size, extent
+from unstructured_mg.matching.face_colours import has_colours
 from unstructured_mg.matching.fields import Fields
 from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.matching.tasks import run
 from unstructured_mg.matching.velocity import root_velocities
-from unstructured_mg.matching.window import window_weights, windowed_means
+from unstructured_mg.matching.window import spline_weights, triangle_weights, window_lengths
 
-# Windows along a tile's side: its series take 75 MB at N = 64, its halo of 2 k frames costs a tenth of the products.
+# Windows along a tile's side: the series of one length of windows take 75 MB at N = 64, its halo of 2 k frames costs a
+# tenth of the products. With several lengths tiles are half as wide.
 TILE = 384
-# Windows of a tile whose series are transformed at once: a few MB.
-CHUNK = 4096
 
 
 @dataclass(frozen=True)
@@ -30,18 +31,35 @@ class Dissimilarity:
 
     Attributes
     ----------
-    scores : (n, n) float32, symmetric: root mean square distance, in metres, between the surfaces of the window about
-        frame s and those of the window about frame t, turned by the best yaw; NaN where either frame has no whole
-        window
+    scores : (n, n) float32, symmetric: how far apart the window about frame s and that about frame t, turned by the
+        best yaw, are: the root mean square over their frames, in the descriptor's unit; NaN where either frame has no
+        whole window
     yaw : (n, n) float32, radians in (-pi, pi], antisymmetric: turns the window of t (column) about +z onto that of s
         (row); NaN alike
     k : (n, n) int16, symmetric: frames either side of the centres of the windows compared; 0 where there are none
     size : metres: the actor's size, the median over frames of the larger of height and width
+    unit : of the scores: "m", "rad", or "" for a pure number
     """
 
     scores: np.ndarray
     yaw: np.ndarray
     k: np.ndarray
+    size: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Described:
+    """All frames of a capture as one descriptor sees them; small and picklable, the bulk is in ``fields``.
+
+    ``own`` (n,): the frames' scores against themselves. ``roots`` (n, 2) metres; ``size`` metres.
+    """
+
+    descriptor: str
+    fields: Fields
+    layout: Any
+    own: np.ndarray
+    roots: np.ndarray
     size: float
 
 
@@ -55,149 +73,177 @@ def compute_dissimilarity(
 ) -> Dissimilarity:
     """Dissimilarities of all windows of a capture.
 
-    d_st^2 = min over yaw of sum_l w_l d_{s+l,t+l}(yaw) + tau^2 |v_s - R(yaw) v_t|^2, with d_st(yaw) of
-    ``descriptors.py``, window weights w of P A.1 and the velocity term of ``velocity.py``. All three are linear in
-    Fourier coefficients over the yaw: for every frequency the products of all frames are one matrix product, the
-    window is a sum along its diagonals, and the inverse transform comes last, so that one yaw serves the whole
-    window. The least of the 2 N yaws is then refined on the series by Newton's method.
+    score^2 = min over yaw of sum_l w_l d_{s+l,t+l}(yaw)^2 + tau^2 |v_s - R(yaw) v_t|^2, with the descriptor's distance
+    d of two frames, window weights w and the velocity term of ``velocity.py``: one yaw serves the whole window.
 
-    Files of about 2 MB a frame (N = 64) lie in ``scratch`` meanwhile. The result does not depend on the number of
-    workers.
+    Fixed windows have P's weights. Adaptive ones have H's (equation 4) and, for each pair, the length with the least
+    score (equation 5) among a few from ``k`` to ``largest_k``; without a smallest one, the shortest would nearly
+    always win. H takes each frame pair's own best yaw and a mean of distances in place of their squares. Longer
+    windows than the smallest are not looked at where they would overlap.
+
+    About 2 MB a frame (N = 64) lie in ``scratch`` meanwhile. The result does not depend on the number of workers.
     """
     n, descriptor = len(capture), DESCRIPTORS[options.descriptor]
-    centres = capture.window_centres(options.k)
-    if not centres.any():
+    if not capture.window_centres(options.k).any():
         nothing = np.full((n, n), np.nan, np.float32)
-        return Dissimilarity(nothing, nothing.copy(), np.zeros((n, n), np.int16), 0.0)
+        return Dissimilarity(nothing, nothing.copy(), np.zeros((n, n), np.int16), 0.0, descriptor.unit)
     tell = progress or (lambda done, total: None)
-    frequencies, cells, angles = descriptor.shape(options.resolution)
-    fields = Fields(scratch, n, frequencies, cells)
-    scratch.mkdir(parents=True, exist_ok=True)
-
-    extents = []
-    tasks = [(capture, options.descriptor, block) for block in fields.blocks()]
-    for block, part in zip(fields.blocks(), run(_extents, tasks, executor), strict=True):
-        extents.append(part)
-        tell(block.stop, 3 * n)
-    extent = np.concatenate(extents)
-    layout = descriptor.fit(extent, options.resolution)
+    described = describe_frames(
+        capture,
+        options,
+        scratch=scratch,
+        executor=executor,
+        progress=lambda done, total: tell(2 * n * done // total, 3 * n),
+    )
     try:
-        own = []
-        work = [(capture, options.descriptor, layout, fields, b, extent[b.start : b.stop]) for b in fields.blocks()]
-        for block, part in zip(fields.blocks(), run(_describe, work, executor), strict=True):
-            own.append(part)
-            tell(n + block.stop, 3 * n)
-        offset = windowed_means(np.concatenate(own), options.k)
-        velocity = options.velocity_seconds * root_velocities(extent[:, :2], options.k, capture.fps)
-        scores, yaw = compare_windows(
-            fields,
-            angles,
-            offset,
-            velocity,
-            options.k,
+        return compare_windows(
+            capture,
+            described,
+            options,
             executor=executor,
             progress=lambda done, total: tell(2 * n + n * done // total, 3 * n),
         )
     finally:
+        described.fields.remove()
+
+
+def describe_frames(
+    capture: Capture,
+    options: MatchingOptions,
+    *,
+    scratch: Path,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Described:
+    """Describe all frames, with what is bulky in files in ``scratch``; whoever asks for it removes ``fields``.
+
+    A UserError where a frame cannot be described, or where colours are to count and there are none.
+    """
+    n, descriptor = len(capture), DESCRIPTORS[options.descriptor]
+    tell = progress or (lambda done, total: None)
+    if options.colour_m and not has_colours(capture.read(0)):
+        raise UserError(f"{capture.folder}: the capture has no colours; leave out --colour.")
+    blocks = Fields(scratch, n, 0, 0, np.float32).blocks()
+    extents = []
+    for block, part in zip(blocks, run(_extents, [(capture, block) for block in blocks], executor), strict=True):
+        extents.append(part)
+        tell(block.stop, 2 * n)
+    extent = np.concatenate(extents)
+    layout = descriptor.fit(capture, extent, options.resolution or descriptor.resolution, options.colour_m)
+    fields = Fields(scratch, n, *descriptor.shape(layout))
+    scratch.mkdir(parents=True, exist_ok=True)
+    own = []
+    work = [(capture, options.descriptor, layout, fields, b, extent[b.start : b.stop]) for b in blocks]
+    try:
+        for block, part in zip(blocks, run(_describe, work, executor), strict=True):
+            own.append(part)
+            tell(n + block.stop, 2 * n)
+    except BaseException:
         fields.remove()
-    missing = ~(centres[:, None] & centres)
-    scores[missing] = yaw[missing] = np.nan
-    size = np.median(np.maximum(extent[:, 4] - extent[:, 3], 2 * extent[:, 2]))
-    return Dissimilarity(scores, yaw, np.where(missing, 0, options.k).astype(np.int16), float(size))
+        raise
+    return Described(options.descriptor, fields, layout, np.concatenate(own), extent[:, :2], actor_size(extent))
 
 
-def _extents(capture: Capture, descriptor: str, block: range) -> np.ndarray:
-    return np.stack([DESCRIPTORS[descriptor].extent(capture.read(index)) for index in block])
+def _extents(capture: Capture, block: range) -> np.ndarray:
+    return np.stack([extent(capture.read(index)) for index in block])
 
 
 def _describe(
     capture: Capture, descriptor: str, layout: Any, fields: Fields, block: range, extents: np.ndarray
 ) -> np.ndarray:
-    """Write the coefficients of one block of frames; returns the frames' scores against themselves."""
+    """Write what describes one block of frames; returns the frames' scores against themselves."""
     own = np.zeros(len(block))
-    stacked = np.empty((2, fields.frequencies, len(block), fields.cells), np.complex64)
+    stacked: np.ndarray = np.empty((fields.rows, len(block), fields.cells), fields.dtype)
     for position, index in enumerate(block):
-        left, right, own[position] = DESCRIPTORS[descriptor].describe(capture.read(index), extents[position], layout)
-        stacked[0, :, position], stacked[1, :, position] = left, right
+        stacked[:, position], own[position] = DESCRIPTORS[descriptor].describe(
+            capture, index, extents[position], layout
+        )
     fields.write(block, stacked)
     return own
 
 
+@dataclass(frozen=True)
+class Lengths:
+    """The windows to compare, shortest first, and for each of their lengths what may be its centre, (n,) bool.
+
+    ``positions`` (n,): two windows share no frame where their centres' positions differ by 2 k + 1 or more.
+    """
+
+    windows: tuple[Window, ...]
+    centres: tuple[np.ndarray, ...]
+    positions: np.ndarray
+
+
+def window_kinds(capture: Capture, described: Described, options: MatchingOptions) -> Lengths:
+    """The windows that the options ask for."""
+    adaptive = options.windows == "adaptive"
+    weigh = triangle_weights if adaptive else spline_weights
+    lengths = window_lengths(options.k, options.largest_k or 2 * options.k) if adaptive else (options.k,)
+    descriptor = DESCRIPTORS[options.descriptor]
+    scale = options.velocity_seconds
+    if descriptor.unit != "m":
+        scale *= descriptor.threshold / (DESCRIPTORS["cylindrical_edt"].threshold * described.size)
+    windows, centres = [], []
+    for k in lengths:
+        inside = capture.window_centres(k)
+        if inside.any():
+            weights = weigh(k)
+            velocity = scale * root_velocities(described.roots, weights, capture.fps)
+            windows.append(Window(k, weights, np.where(np.isnan(velocity), 0, velocity)))
+            centres.append(inside)
+    clips = {name: index for index, name in enumerate(capture.clips)}
+    far = 2 * (lengths[-1] + 1) + max(frame.number for frame in capture.frames)
+    positions = np.array([clips[frame.clip] * far + frame.number for frame in capture.frames])
+    return Lengths(tuple(windows), tuple(centres), positions)
+
+
 def compare_windows(
-    fields: Fields,
-    angles: int,
-    offset: np.ndarray,
-    velocity: np.ndarray,
-    k: int,
+    capture: Capture,
+    described: Described,
+    options: MatchingOptions,
     *,
     executor: Executor | None = None,
     progress: Progress | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Scores and yaws ``(frames, frames) float32`` as in Dissimilarity, but NaN only within k of the first and last
-    frame.
-
-    ``fields`` are the frames' coefficients over ``angles`` yaws; ``offset`` (frames,) the windows' scores against
-    themselves, in square metres, and ``velocity`` (frames,) complex, the windows' root velocities times tau, in
-    metres.
-    """
-    n = fields.frames
+) -> Dissimilarity:
+    """Dissimilarities of all windows of described frames."""
+    n, lengths = len(capture), window_kinds(capture, described, options)
     scores, yaw = np.full((n, n), np.nan, np.float32), np.full((n, n), np.nan, np.float32)
-    sides = [range(start, min(start + TILE, n - k)) for start in range(k, n - k, TILE)]
+    k = np.zeros((n, n), np.int16)
+    least, side = lengths.windows[0].k, TILE if len(lengths.windows) == 1 else TILE // 2
+    sides = [range(start, min(start + side, n - least)) for start in range(least, n - least, side)]
     tiles = [(rows, columns) for i, rows in enumerate(sides) for columns in sides[i:]]
-    tasks = [(fields, angles, rows, columns, offset, velocity, k) for rows, columns in tiles]
+    tasks = [(described, lengths, rows, columns) for rows, columns in tiles]
     for done, ((a, b), tile) in enumerate(zip(tiles, run(_tile, tasks, executor), strict=True), 1):
         rows, columns = slice(a.start, a.stop), slice(b.start, b.stop)
-        scores[rows, columns], yaw[rows, columns] = tile
+        scores[rows, columns], yaw[rows, columns], k[rows, columns] = tile
         if progress is not None:
             progress(done, len(tiles))
     # One value for a pair and its mirror image, also inside the tiles on the diagonal.
-    lower = np.tril_indices(n, -1)
-    scores[lower], yaw[lower] = scores.T[lower], -yaw.T[lower]
-    np.fill_diagonal(scores, 0)
-    np.fill_diagonal(yaw, 0)
-    return scores, yaw
+    for start in range(0, n, TILE):
+        rows = slice(start, start + TILE)
+        below = np.tri(len(scores[rows]), n, start - 1, dtype=bool)
+        for matrix, sign in ((scores, 1), (yaw, -1), (k, 1)):
+            matrix[rows][below] = sign * matrix[:, rows].T[below]
+    alone = np.flatnonzero(lengths.centres[0])
+    scores[alone, alone] = yaw[alone, alone] = 0
+    return Dissimilarity(scores, yaw, k, described.size, DESCRIPTORS[described.descriptor].unit)
 
 
 def _tile(
-    fields: Fields,
-    angles: int,
-    rows: range,
-    columns: range,
-    offset: np.ndarray,
-    velocity: np.ndarray,
-    k: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Scores and yaws ``(len(rows), len(columns)) float32`` of one tile of windows."""
+    described: Described, lengths: Lengths, rows: range, columns: range
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Scores and yaws float32 and half windows int16 of one tile of windows, (len(rows), len(columns))."""
+    compare = DESCRIPTORS[described.descriptor].compare
+    across, along = slice(rows.start, rows.stop), slice(columns.start, columns.stop)
+    apart = np.abs(lengths.positions[across, None] - lengths.positions[along])
     shape = (len(rows), len(columns))
-    # With the inverse transform's 1 / angles and the form's 1 / 2: what is summed below is c_0 + 2 Re sum_m c_m e^(i
-    # m yaw).
-    weights = (window_weights(k) / (2 * angles)).astype(np.float32)
-    series = np.empty((fields.frequencies, *shape), np.complex64)
-    for frequency in range(fields.frequencies):
-        left, right = (fields.read(field, frequency, rows.start - k, rows.stop + k) for field in (0, 1))
-        if columns == rows:
-            products = left @ right.T
-            products = products + products.conj().T
-        else:
-            other_left, other_right = (
-                fields.read(field, frequency, columns.start - k, columns.stop + k) for field in (0, 1)
-            )
-            products = left @ other_right.T
-            products += (other_left @ right.T).conj().T
-        _native.window_diagonals(products.view(np.float32), weights, series[frequency].view(np.float32), *shape)
-    across, along = velocity[rows.start : rows.stop, None], velocity[columns.start : columns.stop]
-    series[0] -= (offset[rows.start : rows.stop, None] + offset[columns.start : columns.stop]) / 2
-    series[0] += np.abs(across) ** 2 + np.abs(along) ** 2
-    series[1] -= across.conj() * along
-
-    flat = series.reshape(fields.frequencies, -1)
-    least, yaw = np.empty(flat.shape[1]), np.empty(flat.shape[1])
-    for start in range(0, flat.shape[1], CHUNK):
-        chunk = slice(start, start + CHUNK)
-        coarse = np.argmin(scipy.fft.irfft(flat[:, chunk], n=angles, axis=0), axis=0)
-        yaw[chunk] = coarse * (2 * np.pi / angles)
-        series_by_pair = np.ascontiguousarray(flat[:, chunk].T).view(np.float32)
-        _native.refine_yaw(series_by_pair, yaw[chunk], least[chunk], fields.frequencies, np.pi / angles)
-    yaw = np.pi - (np.pi - yaw) % (2 * np.pi)
-    scores = np.sqrt(np.maximum(least, 0))
-    return scores.reshape(shape).astype(np.float32), yaw.reshape(shape).astype(np.float32)
+    best, yaw, k = np.full(shape, np.inf), np.full(shape, np.nan, np.float32), np.zeros(shape, np.int16)
+    compared = compare(described.fields, described.layout, described.own, rows, columns, lengths.windows)
+    for window, centres, (squares, yaws) in zip(lengths.windows, lengths.centres, compared, strict=True):
+        allowed = centres[across, None] & centres[along]
+        if window is not lengths.windows[0]:
+            allowed &= apart >= 2 * window.k + 1
+        better = allowed & (squares < best)
+        best[better], yaw[better], k[better] = squares[better], yaws[better], window.k
+    scores = np.where(np.isinf(best), np.nan, np.sqrt(np.maximum(best, 0)))
+    return scores.astype(np.float32), yaw, k

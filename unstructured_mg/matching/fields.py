@@ -1,4 +1,4 @@
-"""The descriptors' coefficients of all frames, on disk, frequency by frequency."""
+"""What describes the frames, on disk, row by row."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,39 +11,40 @@ BLOCK = 32
 
 @dataclass(frozen=True)
 class Fields:
-    """Two fields (left 0, right 1) of ``(frames, frequencies, cells) complex64``, in files of BLOCK frames.
+    """``rows`` x ``cells`` numbers of ``dtype`` for each of ``frames``, in files of BLOCK frames.
 
-    A file holds ``(field, frequency, frame, cell)``, so that one frequency of a file's frames is one read. Files are
-    read and not mapped: mapped pages would count as memory in every worker.
+    A file holds ``(row, frame, cell)``, so that one row of a file's frames is one read. Files are read and not mapped:
+    mapped pages would count as memory in every worker.
     """
 
     folder: Path
     frames: int
-    frequencies: int
+    rows: int
     cells: int
+    dtype: type
 
     def blocks(self) -> list[range]:
         return [range(start, min(start + BLOCK, self.frames)) for start in range(0, self.frames, BLOCK)]
 
     def path(self, block: range) -> Path:
-        return self.folder / f"fields_{block.start:06d}.complex64"
+        return self.folder / f"fields_{block.start:06d}.bin"
 
-    def write(self, block: range, fields: np.ndarray) -> None:
-        """Write ``(2, frequencies, len(block), cells) complex64``."""
-        fields.tofile(self.path(block))
+    def write(self, block: range, values: np.ndarray) -> None:
+        """Write ``(rows, len(block), cells)`` of ``dtype``."""
+        values.tofile(self.path(block))
 
-    def read(self, field: int, frequency: int, start: int, stop: int) -> np.ndarray:
-        """``(stop - start, cells) complex64``: one frequency of frames ``start .. stop - 1``."""
-        rows = np.empty((stop - start, self.cells), np.complex64)
-        for block in self.blocks()[start // BLOCK : (stop - 1) // BLOCK + 1]:
+    def read(self, row: int, start: int, stop: int) -> np.ndarray:
+        """``(stop - start, cells)``: one row of frames ``start .. stop - 1``; zeros for those outside the capture."""
+        values: np.ndarray = np.zeros((stop - start, self.cells), self.dtype)
+        for block in self.blocks()[max(start, 0) // BLOCK : max(stop - 1, 0) // BLOCK + 1]:
             first, last = max(start, block.start), min(stop, block.stop)
-            row = (field * self.frequencies + frequency) * len(block) + first - block.start
+            at = row * len(block) + first - block.start
             with open(self.path(block), "rb", buffering=0) as file:
-                file.seek(8 * row * self.cells)
-                target = rows[first - start : last - start]
+                file.seek(values.itemsize * at * self.cells)
+                target = values[first - start : last - start]
                 if file.readinto(target.view(np.uint8)) != target.nbytes:  # type: ignore[arg-type]
-                    raise ValueError(f"{self.path(block)}: expected {target.nbytes} bytes at row {row}, got fewer")
-        return rows
+                    raise ValueError(f"{self.path(block)}: expected {target.nbytes} bytes at row {at}, got fewer")
+        return values
 
     def remove(self) -> None:
         for block in self.blocks():

@@ -19,6 +19,7 @@ def write_matching(matching: Matching, folder: Path) -> None:
     np.savez(folder / "dissimilarity.npz", scores=d.scores, yaw=d.yaw, k=d.k)
     content = {
         "size": dissimilarity.size,
+        "unit": dissimilarity.unit,
         "threshold": matching.threshold,
         "candidates": [asdict(candidate) for candidate in matching.candidates],
         "nearest": [asdict(candidate) for candidate in matching.nearest],
@@ -30,6 +31,6 @@ def read_matching(folder: Path) -> Matching:
     """Read back what ``write_matching`` wrote."""
     content = json.loads((folder / "matching.json").read_text())
     with np.load(folder / "dissimilarity.npz", allow_pickle=False) as arrays:
-        dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], arrays["k"], content["size"])
+        dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], arrays["k"], content["size"], content["unit"])
     candidates, nearest = (tuple(Candidate(**entry) for entry in content[key]) for key in ("candidates", "nearest"))
     return Matching(dissimilarity, candidates, nearest, content["threshold"])

@@ -7,6 +7,7 @@ from pathlib import Path
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.capture.progress import Progress
 from unstructured_mg.matching.candidates import Candidate, nearest_pairs, rank_candidates
+from unstructured_mg.matching.descriptors import DESCRIPTORS
 from unstructured_mg.matching.dissimilarity import Dissimilarity, compute_dissimilarity
 from unstructured_mg.matching.options import MatchingOptions
 
@@ -20,7 +21,7 @@ class Matching:
     dissimilarity : scores and yaws of all pairs of windows
     candidates : pairs worth a try, best first (see ``rank_candidates``)
     nearest : the best pairs whatever their score, best first
-    threshold : metres; no candidate's score is above it
+    threshold : in the scores' unit; no candidate's score is above it
     """
 
     dissimilarity: Dissimilarity
@@ -39,7 +40,7 @@ def match(
 ) -> Matching:
     """Compare all windows of a capture and rank the pairs between which a transition may be made (P section 4, A.1).
 
-    The threshold is ``threshold_size`` times the actor's size, in metres of root mean square surface distance,
+    Where scores are in metres, root mean square surface distances, the threshold is a share of the actor's size,
     whatever the frame rate and the actor's own speed. P's, three times the mean score of neighbouring frames,
     measures the grid when scores have its floor in them, and the frame rate and the actor's speed when they have not:
     it would refuse all repeats of a still actor and admit unlike poses of a fast one. On five captures (standing,
@@ -59,7 +60,10 @@ def match(
     windows has no pairs at all.
     """
     dissimilarity = compute_dissimilarity(capture, options, scratch=scratch, executor=executor, progress=progress)
-    threshold = options.threshold_size * dissimilarity.size
+    descriptor = DESCRIPTORS[options.descriptor]
+    threshold = descriptor.threshold if options.threshold is None else options.threshold
+    if descriptor.unit == "m":
+        threshold *= dissimilarity.size
     return Matching(
         dissimilarity,
         rank_candidates(capture, dissimilarity, threshold, options),

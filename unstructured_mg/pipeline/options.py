@@ -38,8 +38,13 @@ class BuildOptions:
 
 # What the command line calls an option, and where it lives.
 NAMES = {
+    "descriptor": ("matching", "descriptor"),
+    "windows": ("matching", "windows"),
     "window": ("matching", "k"),
-    "threshold": ("matching", "threshold_size"),
+    "largest_window": ("matching", "largest_k"),
+    "threshold": ("matching", "threshold"),
+    "velocity": ("matching", "velocity_seconds"),
+    "colour": ("matching", "colour_m"),
     "cage": ("tracking", "cage"),
     "hausdorff": ("tracking", "hausdorff_m"),
     "blend": ("synthesis", "blend"),
@@ -89,7 +94,7 @@ def build_options(**given: Any) -> BuildOptions:
     except ValueError as error:
         name, _, rest = str(error).partition(":")
         words = {option: word for word, (_, option) in NAMES.items()}
-        raise UserError(f"--{words.get(name, name)}:{rest}.") from None
+        raise UserError(f"--{words.get(name, name).replace('_', '-')}:{rest}.") from None
 
 
 def export_options(fps: float | None, unit: str | None, up: str | None, **given: Any) -> ExportOptions:

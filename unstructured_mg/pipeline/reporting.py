@@ -99,6 +99,7 @@ def report_data(work: Work) -> ReportData:
         capture=capture,
         capture_summary=_capture_rows(work),
         scores=matching.dissimilarity.scores,
+        unit=matching.dissimilarity.unit,
         threshold=matching.threshold,
         gap=gap,
         candidates=matching.candidates,

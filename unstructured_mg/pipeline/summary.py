@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from unstructured_mg.pipeline.work import Work
+from unstructured_mg.playback.svg import apart
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def print_summary(work: Work, console: Console) -> None:
 def _why_nothing_loops(work: Work) -> str:
     if work.graph.links:
         return "Nothing loops: gaps, or the ends of clips, cut the way back from every transition; mend missing frames."
-    nearest = work.matching.nearest[:3]
+    nearest, unit = work.matching.nearest[:3], work.matching.dissimilarity.unit
     if not nearest:
         gap = work.matching_options.minimum_gap_seconds
         frames = 2 * work.matching_options.k + 1
@@ -96,11 +97,11 @@ def _why_nothing_loops(work: Work) -> str:
             "give a smaller --window."
         )
     pairs = ", ".join(
-        f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({1000 * c.score:.0f} mm)"
+        f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({apart(c.score, unit)})"
         for c in nearest
     )
-    limit = 1000 * work.matching.threshold
-    return f"Nothing loops. Candidates differ by {limit:.0f} mm at most; the nearest windows are around {pairs}."
+    limit = apart(work.matching.threshold, unit)
+    return f"Nothing loops. Candidates differ by {limit} at most; the nearest windows are around {pairs}."
 
 
 def _minutes(work: Work) -> tuple[tuple[str, float], ...]:

@@ -11,14 +11,16 @@ from unstructured_mg.capture.capture import Capture
 from unstructured_mg.playback.colormap import COLORS, color_map
 from unstructured_mg.playback.frame_axis import frame_ticks
 from unstructured_mg.playback.report_data import PairOutcome
-from unstructured_mg.playback.svg import at, data_uri, figure, label, length, line, round_steps
+from unstructured_mg.playback.svg import apart, at, data_uri, figure, label, line, round_steps
 
 # Plot units; the matrix picture has at most this many pixels a side.
 SIDE, MARGIN, PIXELS = 640.0, 50.0, 900
 MISSING = 255
 
 
-def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int, pairs: Sequence[PairOutcome]) -> str:
+def plot_matrix(
+    capture: Capture, scores: np.ndarray, unit: str, threshold: float, gap: int, pairs: Sequence[PairOutcome]
+) -> str:
     """An ``svg`` element: dark where two windows are alike, pairs in the upper right half.
 
     The colour follows the square root of the score, up to the 99th percentile of all scores, because the pairs of
@@ -27,7 +29,8 @@ def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int
     Parameters
     ----------
     capture : for frame ids and clips
-    scores : (n, n) float, metres, NaN where there is no window (grey)
+    scores : (n, n) float, NaN where there is no window (grey)
+    unit : of the scores: "m", "rad" or ""
     threshold : marked on the colour scale
     gap : frames; pairs nearer the diagonal than this were not considered
     pairs : kept ones are circles, refused ones crosses; each links to its place in the report
@@ -36,11 +39,11 @@ def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int
     finite = scores[np.isfinite(scores)]
     highest = float(np.quantile(finite, 0.99)) if finite.size else 1.0
     highest = highest if highest > 0 else 1.0
-    unit = SIDE / n
+    cell = SIDE / n
     right, bottom = MARGIN + SIDE, 8 + SIDE
 
     def place(row: float, column: float) -> tuple[float, float]:
-        return MARGIN + (column + 0.5) * unit, 8 + (row + 0.5) * unit
+        return MARGIN + (column + 0.5) * cell, 8 + (row + 0.5) * cell
 
     parts = [
         f'<rect class="missing" x="{at(MARGIN)}" y="8" width="{at(SIDE)}" height="{at(SIDE)}"/>',
@@ -67,8 +70,8 @@ def plot_matrix(capture: Capture, scores: np.ndarray, threshold: float, gap: int
             x, _ = place(0, (clips.index(clip) + n - 1 - clips[::-1].index(clip)) / 2)
             parts.append(label(x, bottom + 38, clip, "clip"))
     for pair in sorted(pairs, key=lambda pair: pair.status == "kept"):
-        parts.append(_mark(capture, pair, *place(pair.candidate.source, pair.candidate.target)))
-    parts += _scale(right + 26, 8, SIDE, highest, threshold)
+        parts.append(_mark(capture, unit, pair, *place(pair.candidate.source, pair.candidate.target)))
+    parts += _scale(right + 26, 8, SIDE, highest, threshold, unit)
     return figure(
         right + 118, bottom + (48 if len(set(clips)) > 1 else 28), "Dissimilarity of all pairs of frames", parts
     )
@@ -89,7 +92,7 @@ def _png(scores: np.ndarray, highest: float) -> bytes:
     return data.getvalue()
 
 
-def _mark(capture: Capture, pair: PairOutcome, x: float, y: float) -> str:
+def _mark(capture: Capture, unit: str, pair: PairOutcome, x: float, y: float) -> str:
     candidate = pair.candidate
     source, target = capture.frame_id(candidate.source), capture.frame_id(candidate.target)
     kept = pair.status == "kept"
@@ -98,13 +101,15 @@ def _mark(capture: Capture, pair: PairOutcome, x: float, y: float) -> str:
         if kept
         else f'<path class="refused" d="M{at(x - 4)} {at(y - 4)}l8 8m0-8l-8 8"/>'
     )
-    text = f"{source} and {target}: {length(candidate.score)} apart, {'kept' if kept else 'refused: ' + pair.reason}"
+    text = (
+        f"{source} and {target}: {apart(candidate.score, unit)} apart, {'kept' if kept else 'refused: ' + pair.reason}"
+    )
     anchor = f"pair-{candidate.source}-{candidate.target}"
     reach = f'<circle class="reach" cx="{at(x)}" cy="{at(y)}" r="9"/>'
     return f'<a href="#{anchor}"><title>{escape(text)}</title>{reach}{shape}</a>'
 
 
-def _scale(x: float, top: float, height: float, highest: float, threshold: float) -> list[str]:
+def _scale(x: float, top: float, height: float, highest: float, threshold: float, unit: str) -> list[str]:
     """The colour bar, with the threshold on it."""
     stops = "".join(
         f'<stop offset="{at(i / 16)}" stop-color="#{bytes(COLORS[min(16 * i, 255)]).hex()}"/>' for i in range(17)
@@ -120,13 +125,13 @@ def _scale(x: float, top: float, height: float, highest: float, threshold: float
     for value in round_steps(highest, 6):
         parts += [
             line(x + 14, level(value), x + 19, level(value), "axis"),
-            label(x + 22, level(value) + 4, length(value) if value else "0", "tick", "start"),
+            label(x + 22, level(value) + 4, apart(value, unit) if value else "0", "tick", "start"),
         ]
     if 0 < threshold <= highest:
         y = level(threshold)
         parts.append(
             f'<path class="threshold" d="M{at(x - 9)} {at(y - 5)}l9 5l-9 5z">'
-            f"<title>threshold {length(threshold)}</title></path>"
+            f"<title>threshold {apart(threshold, unit)}</title></path>"
         )
         parts.append(line(x, y, x + 14, y, "limit"))
     return parts

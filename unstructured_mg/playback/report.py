@@ -15,7 +15,7 @@ from unstructured_mg.playback.plot_timeline import plot_timeline
 from unstructured_mg.playback.plot_visits import plot_visits
 from unstructured_mg.playback.quality import plain_rows, quality_rows
 from unstructured_mg.playback.report_data import PairOutcome, ReportData, TransitionEntry
-from unstructured_mg.playback.svg import data_uri, length, number, percent
+from unstructured_mg.playback.svg import apart, data_uri, length, number, percent
 from unstructured_mg.playback.whole_file import whole_file
 
 # Pixels: the playing film beside the tables.
@@ -158,7 +158,7 @@ def _tables(data: ReportData) -> str:
 def _matching(data: ReportData) -> str:
     if data.scores is None:
         return '<h2 id="matching">Matching</h2>\n<p>There is no matching result yet.</p>\n'
-    plot = plot_matrix(data.capture, data.scores, data.threshold, data.gap, data.pairs)
+    plot = plot_matrix(data.capture, data.scores, data.unit, data.threshold, data.gap, data.pairs)
     key = []
     if _kept(data):
         key.append('<li><i class="ring"></i>kept</li>')
@@ -169,7 +169,7 @@ def _matching(data: ReportData) -> str:
     return (
         '<h2 id="matching">Matching</h2>\n<p>How far apart the surfaces around each two frames are, at the best turn '
         "of the figure. Dark valleys away from the diagonal are moments that resemble each other; pairs up to "
-        f"{length(data.threshold)} are candidates.</p>"
+        f"{apart(data.threshold, data.unit)} are candidates.</p>"
         f'<div class="card matching"><figure>{plot}<ul class="key">{"".join(key)}</ul></figure>'
         f"<div>{_nearest(data)}</div></div>\n"
     )
@@ -231,15 +231,15 @@ def _transitions(data: ReportData) -> Iterator[str]:
 
 def _pair_head(data: ReportData, key: tuple[int, int], outcome: PairOutcome | None) -> str:
     source, target = (escape(data.capture.frame_id(index)) for index in key)
-    text = "" if outcome is None else _candidate_numbers(outcome.candidate)
+    text = "" if outcome is None else _candidate_numbers(data, outcome.candidate)
     return (
         f'<article class="card pair" id="pair-{key[0]}-{key[1]}"><h3>Frames {source} and {target}</h3>'
         f'<p class="numbers">{text}</p>'
     )
 
 
-def _candidate_numbers(candidate: Candidate) -> str:
-    return f"{length(candidate.score)} apart, turned by {_degrees(candidate.yaw)}"
+def _candidate_numbers(data: ReportData, candidate: Candidate) -> str:
+    return f"{apart(candidate.score, data.unit)} apart, turned by {_degrees(candidate.yaw)}"
 
 
 def _way(data: ReportData, entry: TransitionEntry) -> str:
@@ -323,7 +323,7 @@ def _refused(data: ReportData) -> str:
     cards = []
     for pair in refusals:
         rows = [[_cell(row.name, "th"), _figure(row.value)] for row in plain_rows(pair.measures)]
-        numbers = f'<p class="numbers">{_candidate_numbers(pair.candidate)}; refused in {escape(pair.stage)}</p>'
+        numbers = f'<p class="numbers">{_candidate_numbers(data, pair.candidate)}; refused in {escape(pair.stage)}</p>'
         table = f"<details><summary>numbers</summary>{_table('', [], rows)}</details>" if rows else ""
         anchor = f"pair-{pair.candidate.source}-{pair.candidate.target}"
         cards.append(_pair_card(data, pair.candidate, f"<p>{escape(pair.reason)}</p>{numbers}{table}", anchor))
@@ -337,7 +337,7 @@ def _nearest(data: ReportData) -> str:
     rows = [
         [
             _cell(_pair_name(data, candidate), "th"),
-            _figure(length(candidate.score)),
+            _figure(apart(candidate.score, data.unit)),
             _figure(_degrees(candidate.yaw)),
             _cell(tried.get((candidate.source, candidate.target), "")),
         ]
@@ -355,13 +355,14 @@ def _without_candidates(data: ReportData) -> str:
         _pair_card(
             data,
             candidate,
-            f"<p>{length(candidate.score)} apart, turned by {_degrees(candidate.yaw)}</p>",
+            f"<p>{apart(candidate.score, data.unit)} apart, turned by {_degrees(candidate.yaw)}</p>",
             f"nearest-{candidate.source}-{candidate.target}",
         )
         for candidate in data.nearest
     )
+    threshold = apart(data.threshold, data.unit)
     return (
-        f'<h2 id="nearest">Nearest pairs</h2>\n<p>No pair comes within the threshold of {length(data.threshold)}. '
+        f'<h2 id="nearest">Nearest pairs</h2>\n<p>No pair comes within the threshold of {threshold}. '
         f'These come nearest.</p><div class="pairs">{cards}</div>\n'
     )
 

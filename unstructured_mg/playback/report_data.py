@@ -56,8 +56,9 @@ class ReportData:
     title : the report's heading
     capture : for frame ids, clips, gaps, faults and warnings; its frames are not read
     capture_summary : (label, value) rows
-    scores : (n, n) float32 windowed dissimilarity, metres, NaN where there is no window, or None
-    threshold : metres; no candidate scores more
+    scores : (n, n) float32 windowed dissimilarity, NaN where there is no window, or None
+    unit : of the scores: "m", "rad" or ""
+    threshold : no candidate scores more
     gap : pairs of one clip closer than this many frames are no candidates
     candidates : ranked best first
     nearest : the best pairs whatever their score
@@ -78,6 +79,7 @@ class ReportData:
     capture: Capture
     capture_summary: tuple[tuple[str, str], ...]
     scores: np.ndarray | None
+    unit: str
     threshold: float
     gap: int
     candidates: tuple[Candidate, ...]

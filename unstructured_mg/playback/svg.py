@@ -26,6 +26,13 @@ def length(metres: float) -> str:
     return f"{text} mm".replace("-", "−", 1)
 
 
+def apart(score: float, unit: str) -> str:
+    """A dissimilarity in the unit of its descriptor: metres as people say them, angles in degrees, or a number."""
+    if unit == "m":
+        return length(score)
+    return f"{math.degrees(score):.3g}°" if unit == "rad" else f"{score:.3g}"
+
+
 def percent(share: float) -> str:
     """A share of one in percent, with three significant digits."""
     return f"{100 * share:.3g} %".replace("-", "−", 1)
