@@ -113,6 +113,25 @@ def test_meshes_that_take_turns_and_bend_are_frames(tmp_path, hide):
     assert capture.from_json(json.loads(json.dumps(capture.to_json()))) == capture
 
 
+@pytest.mark.parametrize("last", ["nothing", "the same"])
+def test_a_last_key_frame_that_only_ends_the_take_is_no_frame(tmp_path, last):
+    packer, count = Packer(), 3
+    channels = []
+    for i in range(count):
+        times, shown = [[0, i, i + 1], [0, 1, 0]] if i else [[0, 1], [1, 0]]
+        if last == "the same" and i == count - 1:
+            shown = [0, 1, 1]
+        scale = np.repeat(np.array(shown)[:, None], 3, axis=1)
+        channels.append(({"node": i, "path": "scale"}, np.array(times) / 10, scale, "STEP"))
+    nodes = [{"mesh": i} for i in range(count)]
+    data = {"meshes": [body_mesh(packer, moved_body(i)) for i in range(count)], "nodes": nodes}
+    path = tmp_path / "take.glb"
+    path.write_bytes(packer.glb({**data, "animations": animated(packer, channels)}))
+    assert list_gltf(path, tmp_path).numbers == (0, 1, 2) and list_gltf(path, tmp_path).fps == 10
+    for part in range(count):
+        np.testing.assert_allclose(read_gltf(path, tmp_path, part).vertices, moved_body(part), atol=1e-6)
+
+
 def test_linear_motion_between_key_frames_is_sampled_at_the_shortest_gap(tmp_path):
     packer = Packer()
     quarter = np.sin(np.pi / 4)

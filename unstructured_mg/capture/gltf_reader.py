@@ -32,10 +32,11 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 @dataclass(frozen=True)
 class GltfFrames:
-    """The frames in one file: their numbers and rate, and, for each, its moment or the node that it is."""
+    """The frames in one file: their numbers and rate, seconds between them, and, for each, its moment or its node."""
 
     numbers: tuple[int, ...]
     fps: float | None
+    step: float = 0.0
     times: tuple[float, ...] = ()
     nodes: tuple[int, ...] = ()
 
@@ -63,12 +64,15 @@ def list_gltf(path: Path, folder: Path) -> GltfFrames | None:
 
 @lru_cache(maxsize=4)
 def _frames(gltf: Gltf) -> GltfFrames | None:
-    times = frame_times(gltf, _channels(gltf))
+    channels = _channels(gltf)
+    times = frame_times(gltf, channels)
     if len(times) > 1:
         step = (times[-1] - times[0]) / (len(times) - 1)
+        if not _visible(gltf, state_at(channels, float(times[-1]), step / 100)):
+            times = times[:-1]  # it only hides the frame before it
         # key frames have single precision: a rate that is within that of a whole number, or of 1/100, is meant to be it
         fps = round(1 / step, 2) if abs(step * round(1 / step, 2) - 1) < 1e-3 else 1 / step
-        return GltfFrames(tuple(range(len(times))), fps, times=tuple(times.tolist()))
+        return GltfFrames(tuple(range(len(times))), fps, step, times=tuple(times.tolist()))
     nodes = [(index, str(node.get("name", ""))) for index, node in _mesh_nodes(gltf)]
     numbers = frame_numbers([name + "." for _, name in nodes])
     values = [numbers.get(name + ".") for _, name in nodes]
@@ -106,8 +110,7 @@ def read_gltf(path: Path, folder: Path, part: int | None = None) -> RawMesh:
     only = None
     if frames is not None and part is not None and part < len(frames.numbers):
         if frames.times:
-            step = (frames.times[-1] - frames.times[0]) / (len(frames.times) - 1)
-            state = state_at(channels, frames.times[part], step / 100)
+            state = state_at(channels, frames.times[part], frames.step / 100)
         else:
             only = frames.nodes[part]
     elif part is not None:
@@ -189,6 +192,8 @@ def _walk(gltf: Gltf, state: dict[tuple[int, str], np.ndarray]) -> list[tuple[in
         extension = node.get("extensions", {})
         shown = extension.get("KHR_node_visibility", {}).get("visible", True) if isinstance(extension, dict) else True
         if not state.get((index, "visible"), np.array([shown]))[0]:
+            continue
+        if (index, "scale") in state and not state[index, "scale"].any():
             continue
         world = above @ _local(gltf, index, node, state)
         walked.append((index, world))
