@@ -30,11 +30,12 @@ def read_frame(frame: FrameFile, folder: Path) -> tuple[TexturedMesh, Tidied, Ra
     FrameError : as the reader of that format; also for values that are not finite, and for faces without any area
     """
     path = frame.path
-    if frame.part is None:
-        with malformed(path):
-            raw = READERS[path.suffix.lower()](path, folder)
-    else:
-        raw = read_part(path, folder, frame.format, frame.part)
+    with np.errstate(invalid="ignore", over="ignore"):  # values that are not finite are refused below
+        if frame.part is None:
+            with malformed(path):
+                raw = READERS[path.suffix.lower()](path, folder)
+        else:
+            raw = read_part(path, folder, frame.format, frame.part)
     remedy = "export the frame again"
     for values, name in ((raw.vertices, "vertex"), (raw.uv, "texture coordinate")):
         with np.errstate(invalid="ignore"):

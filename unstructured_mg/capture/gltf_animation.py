@@ -53,8 +53,9 @@ def read_channels(gltf: Gltf) -> tuple[Channel, ...]:
             raise FrameError(gltf.path, f"{where} names sampler {index}, which is not there", REMEDY)
         sampler = samplers[index]
         interpolation = sampler.get("interpolation", "LINEAR")
-        times = read_accessor(gltf, sampler.get("input"), ("SCALAR",)).astype(np.float64)
-        values = read_accessor(gltf, sampler.get("output"), _TYPES[path]).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a time that is not a number is refused below, a place with the frame
+            times = read_accessor(gltf, sampler.get("input"), ("SCALAR",)).astype(np.float64)
+            values = read_accessor(gltf, sampler.get("output"), _TYPES[path]).astype(np.float64)
         values = values.reshape(len(values), -1)
         if path == "weights":
             if len(values) % len(times):
