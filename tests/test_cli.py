@@ -1,5 +1,6 @@
 """The command line as a user meets it: in a process of its own."""
 
+import json
 import subprocess
 import sys
 
@@ -86,6 +87,17 @@ def test_convert_writes_a_capture_of_any_format_as_another(tmp_path):
         np.testing.assert_allclose(mesh.bounds, [100 * moved_body(i).min(0), 100 * moved_body(i).max(0)], atol=1e-3)
         with Image.open(tmp_path / "out" / f"frame_{i + 1:05d}.png") as image:
             assert np.abs(np.asarray(image).astype(int) - layer_picture(0)).max() <= 3
+    scene, again = tmp_path / "scene", tmp_path / "again"
+    assert umg("convert", tmp_path / "out", "-o", scene, "--format", "glb", "--fps", 24, "--workers", 1).returncode == 0
+    assert umg("convert", scene, "-o", again, "--workers", 1).returncode == 0
+    assert json.loads((again / "walk.json").read_text())["fps"] == 24
+    for name in ("frame_00001", "frame_00003"):
+        for suffix in (".obj", ".png"):
+            if suffix == ".png":
+                assert (again / (name + suffix)).read_bytes() == (tmp_path / "out" / (name + suffix)).read_bytes()
+            else:
+                found, wanted = (trimesh.load(f / (name + suffix), process=False) for f in (again, tmp_path / "out"))
+                np.testing.assert_allclose(100 * found.bounds, wanted.bounds, atol=1e-4)  # glTF is in metres
     assert_one_sentence(umg("convert", tmp_path / "take", "-o", tmp_path / "b", "--format", "xyz"), "xyz", "obj")
     assert_one_sentence(
         umg("convert", tmp_path / "take", "-o", tmp_path / "b", "--capture-fps", "0"), "--capture-fps", "above 0"
