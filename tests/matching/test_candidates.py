@@ -10,7 +10,7 @@ from unstructured_mg.matching.options import MatchingOptions
 CLIPS = [("a", range(70)), ("b", [*range(10), *range(14, 50)])]
 COUNT = 116
 CAPTURE = array_capture(clips=CLIPS)
-OPTIONS = MatchingOptions(k=2, minimum_gap_seconds=1.0, separation_seconds=10 / 30, alternatives=0)
+OPTIONS = MatchingOptions(k=2, minimum_gap_seconds=1.0, separation_seconds=10 / 30, alternatives=0, loops=False)
 
 
 def scores(seed):
@@ -52,14 +52,14 @@ def test_without_refusals_the_list_is_the_papers_choice(seed):
     assert len(expected) > 10
     assert [(c.source, c.target) for c in candidates] == expected
     assert [c.score for c in candidates] == [found.scores[s, t] for s, t in expected]
-    near = nearest_pairs(CAPTURE, found, OPTIONS)
+    near = nearest_pairs(CAPTURE, found, threshold, OPTIONS)
     assert [(c.source, c.target) for c in near] == chosen_as_the_paper_does(found, np.inf, OPTIONS.nearest)
 
 
 def test_eligible_pairs_have_scores_and_share_no_frame():
     for gap in (0.0, 1.0):
-        options = MatchingOptions(k=2, minimum_gap_seconds=gap)
-        eligible = eligible_pairs(CAPTURE, scores(0), options)
+        options = MatchingOptions(k=2, minimum_gap_seconds=gap, loops=False)
+        eligible = eligible_pairs(CAPTURE, scores(0), 1.0, options)
         for s in range(COUNT):
             for t in range(COUNT):
                 expected = s < t and np.isfinite(scores_0[s, t]) and far_apart(s, t, options)
@@ -73,13 +73,13 @@ def test_alternatives_are_near_but_apart_and_capped():
     found = scores(1)
     threshold = float(np.nanquantile(found.scores, 0.3))
     first = {(c.source, c.target) for c in rank_candidates(CAPTURE, found, threshold, OPTIONS)}
-    options = MatchingOptions(k=2, minimum_gap_seconds=1.0, separation_seconds=10 / 30, alternatives=2)
+    options = MatchingOptions(k=2, minimum_gap_seconds=1.0, separation_seconds=10 / 30, alternatives=2, loops=False)
     candidates = rank_candidates(CAPTURE, found, threshold, options)
     pairs = [(c.source, c.target) for c in candidates]
     extra = [pair for pair in pairs if pair not in first]
     assert first < set(pairs) and len(set(pairs)) == len(pairs) and len(extra) <= 2 * len(first)
     assert len(extra) > len(first) / 2
-    eligible = eligible_pairs(CAPTURE, found, options)
+    eligible = eligible_pairs(CAPTURE, found, 1.0, options)
     for s, t in extra:
         assert eligible[s, t] and found.scores[s, t] <= threshold
         assert any(abs(s - a) < 10 and abs(t - b) < 10 for a, b in first)
@@ -102,7 +102,7 @@ def test_near_means_both_ends_in_the_same_clip_and_close():
 
 def test_frame_rate_scales_the_rules():
     twice = array_capture(fps=60.0, clips=CLIPS)
-    eligible = eligible_pairs(twice, scores(0), OPTIONS)
+    eligible = eligible_pairs(twice, scores(0), 1.0, OPTIONS)
     assert not eligible[5, 64] and eligible[5, 65]
     assert is_near(Candidate(10, 50, 0, 0, 2), [Candidate(29, 69, 0, 0, 2)], twice, OPTIONS)
 
@@ -118,7 +118,7 @@ def test_every_pair_has_its_own_window():
     k[np.isnan(found.scores)] = 0
     found = Dissimilarity(found.scores, found.yaw, k, found.size, "m")
     options = MatchingOptions(k=2, minimum_gap_seconds=0.0)
-    eligible = eligible_pairs(CAPTURE, found, options)
+    eligible = eligible_pairs(CAPTURE, found, 1.0, options)
     assert eligible[20, 25] and not eligible[20, 24] and not eligible[20, 60] and eligible[20, 61]
     candidates = rank_candidates(CAPTURE, found, np.inf, options)
     assert {c.k for c in candidates} == {2, 20}

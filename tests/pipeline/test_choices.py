@@ -19,7 +19,7 @@ def matching():
     scores[:K] = scores[-K:] = scores[:, :K] = scores[:, -K:] = np.nan
     k = np.where(np.isnan(scores), 0, K).astype(np.int16)
     candidates = tuple(Candidate(s, t, float(scores[s, t]), 0.5, K) for s, t in ((5, 20), (6, 30), (7, 40)))
-    return Matching(Dissimilarity(scores, scores / 1000, k, 1.7, "m"), candidates, candidates, 0.1)
+    return Matching(Dissimilarity(scores, scores / 1000, k, 1.7, "m"), candidates, candidates, (), 0.1)
 
 
 def write(path, **content):

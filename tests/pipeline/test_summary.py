@@ -2,13 +2,17 @@ import io
 import json
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from rich.console import Console
 from small_build import quiet
+from toy_capture import toy_capture
 
+from unstructured_mg.matching.candidates import Candidate
+from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.pipeline.build import build
-from unstructured_mg.pipeline.summary import _kind, print_summary, summarise
+from unstructured_mg.pipeline.summary import _kind, _short_runs, _why_nothing_loops, print_summary, summarise
 from unstructured_mg.pipeline.work import open_work
 
 
@@ -74,3 +78,36 @@ def test_transitions_that_close_no_loop_are_not_denied(built, tmp_path):
     build(folder, tmp_path / "work", built.options, 2, quiet())
     assert not open_work(tmp_path / "work").graph.cyclic
     assert "Nothing loops: gaps" in " ".join(text_of(tmp_path / "work").split())
+
+
+def finished(missing, outcomes=(), links=(), capture=None):
+    """What the sentences about loops look at; frames are numbered from 1."""
+    return SimpleNamespace(
+        capture=capture or toy_capture(200),
+        matching=SimpleNamespace(missing=missing, threshold=0.07, dissimilarity=SimpleNamespace(unit="m")),
+        matching_options=MatchingOptions(k=10),
+        outcomes=outcomes,
+        graph=SimpleNamespace(links=links),
+    )
+
+
+def test_without_a_way_back_the_three_best_are_named_with_what_became_of_them():
+    pairs = [Candidate(19, 99, 0.05, 0, 10), Candidate(29, 129, 0.06, 0, 10), Candidate(39, 139, 0.09, 0, 12)]
+    outcomes = [{"source": "20", "target": "100", "refusal": {"stage": "synthesis", "reason": "feet slide"}}]
+    text = _why_nothing_loops(finished((*pairs, Candidate(60, 160, 0.2, 0, 10)), outcomes))
+    assert text.splitlines() == [
+        "Nothing loops: no transition was made.",
+        "Each of these would close a loop; none comes nearer:",
+        "  from 90 back to 30: 50 mm apart; refused: feet slide",
+        "  from 120 back to 40: 60 mm apart; was not tried",
+        "  from 128 back to 52: 90 mm apart; candidates differ by 70 mm at most",
+    ]
+    assert _why_nothing_loops(finished((), links=(1,))).startswith("Nothing loops: gaps")
+
+
+def test_runs_shorter_than_a_window_are_for_playback_only():
+    clips = toy_capture(30, 8, 21, 20, clips=True)
+    assert _short_runs(finished((), capture=clips)) == (
+        "Only for playback, as no window of 21 frames fits: frames b:1 to b:8, d:1 to d:20."
+    )
+    assert _short_runs(finished(())) == ""

@@ -8,6 +8,7 @@ import numpy as np
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.matching.dissimilarity import Dissimilarity
+from unstructured_mg.matching.loops import short_loops
 from unstructured_mg.matching.options import MatchingOptions
 
 
@@ -40,16 +41,22 @@ def is_near(candidate: Candidate, accepted: Iterable[Candidate], capture: Captur
     return any(close(candidate.source, other.source) and close(candidate.target, other.target) for other in accepted)
 
 
-def eligible_pairs(capture: Capture, dissimilarity: Dissimilarity, options: MatchingOptions) -> np.ndarray:
+def eligible_pairs(
+    capture: Capture, dissimilarity: Dissimilarity, threshold: float, options: MatchingOptions
+) -> np.ndarray:
     """``(n, n) bool``: pairs s < t that have a score and are in different clips or far enough apart in their clip.
 
-    Far enough is ``minimum_gap_seconds``, and the pair's 2 k + 1 frames, so that no frame is in both windows.
+    Far enough is ``minimum_gap_seconds``, and the pair's 2 k + 1 frames, so that no frame is in both windows. With
+    ``loops``, windows that share no frame are also far enough where the motion between them went away and came back.
     """
     numbers = np.array([frame.number for frame in capture.frames])
     names = {name: index for index, name in enumerate(dict.fromkeys(frame.clip for frame in capture.frames))}
     clips = np.array([names[frame.clip] for frame in capture.frames])
-    gap = np.maximum(options.minimum_gap_seconds * capture.fps - 1e-9, 2 * dissimilarity.k + 1)
+    wanted = options.minimum_gap_seconds * capture.fps - 1e-9
+    gap = np.maximum(wanted, 2 * dissimilarity.k + 1)
     apart = (clips[:, None] != clips) | (np.abs(numbers[:, None] - numbers) >= gap)
+    if options.loops:
+        apart |= short_loops(capture, dissimilarity, threshold, wanted)
     return np.triu(apart & np.isfinite(dissimilarity.scores), 1)
 
 
@@ -64,7 +71,7 @@ def rank_candidates(
     list passes over those that ``is_near`` an accepted one, so alternatives count only after a refusal, and a
     neighbourhood is tried at most 1 + ``alternatives`` times. Equal scores go by source, then target.
     """
-    scores = np.where(eligible_pairs(capture, dissimilarity, options), dissimilarity.scores, np.inf)
+    scores = np.where(eligible_pairs(capture, dissimilarity, threshold, options), dissimilarity.scores, np.inf)
     scores[scores > threshold] = np.inf
     separation = _separation(capture, options)
     spacing = max(1, round(separation / 4))
@@ -85,9 +92,18 @@ def rank_candidates(
     return _best_first(listed, dissimilarity)
 
 
-def nearest_pairs(capture: Capture, dissimilarity: Dissimilarity, options: MatchingOptions) -> tuple[Candidate, ...]:
-    """The ``nearest`` best eligible pairs whatever their score, no two near each other: for the report."""
-    scores = np.where(eligible_pairs(capture, dissimilarity, options), dissimilarity.scores, np.inf)
+def nearest_pairs(
+    capture: Capture, dissimilarity: Dissimilarity, threshold: float, options: MatchingOptions, same_run: bool = False
+) -> tuple[Candidate, ...]:
+    """The ``nearest`` best eligible pairs whatever their score, no two near each other: for the report.
+
+    With ``same_run`` only those of frames that follow each other without a gap: each of these closes a loop by itself.
+    """
+    eligible = eligible_pairs(capture, dissimilarity, threshold, options)
+    if same_run:
+        run = np.repeat(np.arange(len(capture.runs())), [len(run) for run in capture.runs()])
+        eligible &= run[:, None] == run
+    scores = np.where(eligible, dissimilarity.scores, np.inf)
     return _best_first(_best_apart(scores, _separation(capture, options), options.nearest), dissimilarity)
 
 

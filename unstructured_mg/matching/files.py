@@ -23,6 +23,7 @@ def write_matching(matching: Matching, folder: Path) -> None:
         "threshold": matching.threshold,
         "candidates": [asdict(candidate) for candidate in matching.candidates],
         "nearest": [asdict(candidate) for candidate in matching.nearest],
+        "missing": [asdict(candidate) for candidate in matching.missing],
     }
     (folder / "matching.json").write_text(json.dumps(content, indent=1) + "\n")
 
@@ -32,5 +33,6 @@ def read_matching(folder: Path) -> Matching:
     content = json.loads((folder / "matching.json").read_text())
     with np.load(folder / "dissimilarity.npz", allow_pickle=False) as arrays:
         dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], arrays["k"], content["size"], content["unit"])
-    candidates, nearest = (tuple(Candidate(**entry) for entry in content[key]) for key in ("candidates", "nearest"))
-    return Matching(dissimilarity, candidates, nearest, content["threshold"])
+    keys = ("candidates", "nearest", "missing")
+    candidates, nearest, missing = (tuple(Candidate(**entry) for entry in content[key]) for key in keys)
+    return Matching(dissimilarity, candidates, nearest, missing, content["threshold"])

@@ -21,12 +21,14 @@ class Matching:
     dissimilarity : scores and yaws of all pairs of windows
     candidates : pairs worth a try, best first (see ``rank_candidates``)
     nearest : the best pairs whatever their score, best first
+    missing : likewise, but only pairs that would close a loop by themselves, those within one run of frames
     threshold : in the scores' unit; no candidate's score is above it
     """
 
     dissimilarity: Dissimilarity
     candidates: tuple[Candidate, ...]
     nearest: tuple[Candidate, ...]
+    missing: tuple[Candidate, ...]
     threshold: float
 
 
@@ -67,6 +69,7 @@ def match(
     return Matching(
         dissimilarity,
         rank_candidates(capture, dissimilarity, threshold, options),
-        nearest_pairs(capture, dissimilarity, options),
+        nearest_pairs(capture, dissimilarity, threshold, options),
+        nearest_pairs(capture, dissimilarity, threshold, options, same_run=True),
         threshold,
     )

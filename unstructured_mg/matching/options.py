@@ -25,6 +25,8 @@ class MatchingOptions:
         descriptors that can take it in. Not in P.
     minimum_gap_seconds : source and target of a pair in one clip are at least this far apart (P: 60 frames at 30), and
         always so far that their windows share no frame
+    loops : whether pairs closer than that count where the motion between them went away and came back (see
+        ``loops.py``). Not in P.
     separation_seconds : two transitions whose sources and whose targets are both closer than this are near (P: 20
         frames)
     threshold : a pair is a candidate where its score is at most this: a share of the actor's size where scores are in
@@ -41,6 +43,7 @@ class MatchingOptions:
     velocity_seconds: float = 0.1
     colour_m: float = 0.0
     minimum_gap_seconds: float = 2.0
+    loops: bool = True
     separation_seconds: float = 20 / 30
     threshold: float | None = None
     alternatives: int = 3

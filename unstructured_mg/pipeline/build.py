@@ -32,7 +32,7 @@ from unstructured_mg.pipeline.store import Store, user_errors
 from unstructured_mg.pipeline.timings import Timings
 from unstructured_mg.synthesis.files import read_card, read_floor_centres
 
-VERSIONS = {"reading": 1, "matching": 2, "outcomes": 2, "graph": 2}
+VERSIONS = {"reading": 1, "matching": 3, "outcomes": 2, "graph": 2}
 
 
 def build(folder: Path, work: Path, options: BuildOptions, workers: int, progress: StageProgress) -> None:

@@ -64,6 +64,8 @@ def print_summary(work: Work, console: Console) -> None:
                 file = file.relative_to(work.capture.folder)
             faults.add_row(*(escape(text) for text in (file.as_posix(), fault.fault, fault.remedy)))
         console.print(faults)
+    if short := _short_runs(work):
+        console.print(short, markup=False)
     counts = Table(title="Frames and transitions", title_justify="left")
     for heading in ("frames", "in the graph", "candidates", "refused", "kept", "transitions", "in the graph"):
         counts.add_column(heading, justify="right")
@@ -85,23 +87,39 @@ def print_summary(work: Work, console: Console) -> None:
         console.print(_why_nothing_loops(work), markup=False)
 
 
+def _short_runs(work: Work) -> str:
+    """Names the runs of frames in which no window fits; empty where there are none."""
+    length, name = 2 * work.matching_options.k + 1, work.capture.frame_id
+    short = [f"{name(run[0])} to {name(run[-1])}" for run in work.capture.runs() if len(run) < length]
+    if not short:
+        return ""
+    return f"Only for playback, as no window of {length} frames fits: frames {', '.join(short)}."
+
+
 def _why_nothing_loops(work: Work) -> str:
+    """That there is no way back, and the three best transitions that would be one, with what became of them."""
+    missing, options = work.matching.missing[:3], work.matching_options
     if work.graph.links:
-        return "Nothing loops: gaps, or the ends of clips, cut the way back from every transition; mend missing frames."
-    nearest, unit = work.matching.nearest[:3], work.matching.dissimilarity.unit
-    if not nearest:
-        gap = work.matching_options.minimum_gap_seconds
-        frames = 2 * work.matching_options.k + 1
-        return (
-            f"Nothing loops: no two whole windows of {frames} frames of a clip lie {gap:g} seconds apart; "
-            "give a smaller --window."
-        )
-    pairs = ", ".join(
-        f"{work.capture.frame_id(c.source)} and {work.capture.frame_id(c.target)} ({apart(c.score, unit)})"
-        for c in nearest
-    )
-    limit = apart(work.matching.threshold, unit)
-    return f"Nothing loops. Candidates differ by {limit} at most; the nearest windows are around {pairs}."
+        why = "gaps, or the ends of clips, cut the way back from every transition; mend missing frames."
+    elif missing:
+        why = "no transition was made."
+    else:
+        frames, gap = 2 * options.k + 1, options.minimum_gap_seconds
+        why = f"no two whole windows of {frames} frames of a clip lie {gap:g} seconds apart; give a smaller --window."
+    unit, name = work.matching.dissimilarity.unit, work.capture.frame_id
+    became = {(row["source"], row["target"]): row for row in work.outcomes}
+    lines = [f"Nothing loops: {why}"] + ["Each of these would close a loop; none comes nearer:"] * bool(missing)
+    for pair in missing:
+        row = became.get((name(pair.source), name(pair.target)))
+        if pair.score > work.matching.threshold:
+            fate = f"candidates differ by {apart(work.matching.threshold, unit)} at most"
+        elif row is None:
+            fate = "was not tried"
+        else:
+            fate = "kept" if row["refusal"] is None else f"refused: {row['refusal']['reason']}"
+        where = f"  from {name(pair.target - pair.k)} back to {name(pair.source + pair.k)}"
+        lines.append(f"{where}: {apart(pair.score, unit)} apart; {fate}")
+    return "\n".join(lines)
 
 
 def _minutes(work: Work) -> tuple[tuple[str, float], ...]:
