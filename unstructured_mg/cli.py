@@ -185,6 +185,7 @@ def build(
     max_pairs: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
     preview: Flag = False,
     why: Flag = False,
+    dask: str | None = None,
     workers: Workers = None,
 ) -> None:
     """Build a motion graph, or finish building it: run the same command again after any interruption.
@@ -233,6 +234,9 @@ def build(
         Build fast, to judge which pairs there are and how they move: decimated frames, small textures that only fade.
     why
         Tell for everything that is made why it is: not made yet, damaged, or which input or option has changed.
+    dask
+        Address of a Dask scheduler (tcp://host:8786) whose workers do the work, in place of processes here. Capture and
+        output lie where all of them see them under the same path.
     workers
         Worker processes; as many as there are cores unless given.
     """
@@ -264,7 +268,9 @@ def build(
             raise UserError("--texture: flow is not for a --preview, whose textures only fade; leave one of them out.")
         options = preview_options(options)
     console = Console()
-    run(capture, output, options, workers or _cores(), StageProgress(console, why))
+    if dask is not None and workers is not None:
+        raise UserError("--workers: with --dask its own workers do the work; leave one of them out.")
+    run(capture, output, options, workers or _cores(), StageProgress(console, why), dask)
     print_summary(open_work(output), console)
 
 

@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections.abc import Iterator
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -20,12 +20,14 @@ from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.matching.files import read_matching, write_matching
 from unstructured_mg.matching.match import Matching, match
 from unstructured_mg.pipeline.choices import CHOICES_FILE, Choices, chosen_candidates, read_choices
+from unstructured_mg.pipeline.cluster import ClusterPool
 from unstructured_mg.pipeline.lock import FolderLock
 from unstructured_mg.pipeline.names import pair_name
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pair_loop import Outcome, PairLoop
 from unstructured_mg.pipeline.places import captured_places
 from unstructured_mg.pipeline.pool import Pool
+from unstructured_mg.pipeline.pools import open_pool
 from unstructured_mg.pipeline.preview import preview_capture, preview_inputs
 from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.store import Store, user_errors
@@ -35,8 +37,18 @@ from unstructured_mg.synthesis.files import read_card, read_floor_centres
 VERSIONS = {"reading": 1, "matching": 3, "outcomes": 2, "graph": 2}
 
 
-def build(folder: Path, work: Path, options: BuildOptions, workers: int, progress: StageProgress) -> None:
+def build(
+    folder: Path,
+    work: Path,
+    options: BuildOptions,
+    workers: int,
+    progress: StageProgress,
+    address: str | None = None,
+) -> None:
     """Build, or finish building, a motion graph of the capture in ``folder`` inside the work folder ``work``.
+
+    Tasks run in so many ``workers``, or in those of the Dask scheduler at ``address``, which see both folders under the
+    same paths.
 
     Raises UserError where there is nothing to build or the work folder cannot be used; what was finished until then is
     kept and reused.
@@ -49,7 +61,7 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
     store = Store(work)
     existed = work.exists()
     store.create()
-    with FolderLock(work) as lock, Pool(workers) as pool:
+    with FolderLock(work) as lock, _pool(store, existed, workers, address) as pool:
         store.guard = lock.check
         store.clear_scratch()
         timings = Timings(work / "timings.json")
@@ -77,8 +89,26 @@ def build(folder: Path, work: Path, options: BuildOptions, workers: int, progres
             progress.note(f"{name} was damaged and has been made again.")
 
 
+def _pool(store: Store, existed: bool, workers: int, address: str | None) -> Pool | ClusterPool:
+    """Workers that can do the work; where there are none, the folder is as it was."""
+    try:
+        pool = open_pool(workers, address)
+        if isinstance(pool, ClusterPool):
+            pool.check(store.root)
+    except UserError:
+        if store.empty():
+            store.withdraw(existed)
+        raise
+    return pool
+
+
 def _read(
-    store: Store, pool: Pool, folder: Path, options: BuildOptions, progress: StageProgress, timings: Timings
+    store: Store,
+    pool: Pool | ClusterPool,
+    folder: Path,
+    options: BuildOptions,
+    progress: StageProgress,
+    timings: Timings,
 ) -> Capture:
     """Check every frame once. Here files are known by name, size and time, to resume fast; afterwards by content."""
     overrides: dict[str, Any] = {"fps": options.fps, "unit": options.unit, "up": options.up, "floor": options.floor}
@@ -100,7 +130,12 @@ def _read(
 
 
 def _match(
-    store: Store, pool: Pool, capture: Capture, options: BuildOptions, progress: StageProgress, timings: Timings
+    store: Store,
+    pool: Pool | ClusterPool,
+    capture: Capture,
+    options: BuildOptions,
+    progress: StageProgress,
+    timings: Timings,
 ) -> Matching:
     inputs = {
         "stage": "matching",
@@ -132,7 +167,7 @@ def _match(
 
 def _pairs(
     store: Store,
-    pool: Pool,
+    pool: Pool | ClusterPool,
     capture: Capture,
     candidates: tuple[Candidate, ...],
     choices: Choices,
@@ -162,7 +197,7 @@ def _pairs(
 
 def _graph(
     store: Store,
-    pool: Pool,
+    pool: Pool | ClusterPool,
     capture: Capture,
     outcomes: list[Outcome],
     options: BuildOptions,
@@ -219,7 +254,7 @@ def _json(path: Path) -> Any:
 def _worker_death(stage: str) -> Iterator[None]:
     try:
         yield
-    except BrokenProcessPool:
+    except BrokenExecutor:
         raise UserError(
             f"{stage}: a worker process died, most likely for want of memory; run again with fewer --workers."
         ) from None

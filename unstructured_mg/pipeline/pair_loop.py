@@ -2,8 +2,7 @@
 
 import shutil
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from unstructured_mg.errors import Refusal
 from unstructured_mg.matching.candidates import Candidate, is_near
 from unstructured_mg.pipeline import tasks
 from unstructured_mg.pipeline.choices import CHOICES_FILE, NO_CHOICES, Choices
+from unstructured_mg.pipeline.cluster import ClusterPool
 from unstructured_mg.pipeline.names import pair_name
 from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pool import Pool
@@ -50,7 +50,7 @@ class PairLoop:
     def __init__(
         self,
         store: Store,
-        pool: Pool,
+        pool: Pool | ClusterPool,
         capture: Capture,
         options: BuildOptions,
         seconds: dict[str, float],
@@ -156,7 +156,7 @@ class PairLoop:
         return all([self.store.find(name, inputs) is not None for name in self.artefacts(candidate, group)])
 
     def _gone(self, candidate: Candidate, group: str) -> bool:
-        return not any(self.store.manifest(name) for name in self.artefacts(candidate, group))
+        return all(self.store.absent(name) for name in self.artefacts(candidate, group))
 
     def _step(self, trial: _Trial, group: str) -> None:
         """Go on with a trial at ``group``: reuse what is there, else start a worker on it."""
@@ -200,7 +200,7 @@ class PairLoop:
             trial, group = self._running.pop(future)
             try:
                 result = future.result()
-            except BrokenProcessPool:
+            except BrokenExecutor:
                 broken.append(trial)
                 continue
             names = self.artefacts(trial.candidate, group)

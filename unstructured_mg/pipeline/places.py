@@ -7,6 +7,7 @@ import numpy as np
 
 from unstructured_mg.capture.capture import Capture, frame_hash
 from unstructured_mg.geometry.centre import floor_centre
+from unstructured_mg.pipeline.cluster import ClusterPool
 from unstructured_mg.pipeline.pool import Pool
 from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.store import Store
@@ -18,7 +19,7 @@ BLOCK = 16
 
 
 def captured_places(
-    store: Store, pool: Pool, capture: Capture, progress: StageProgress, timings: Timings
+    store: Store, pool: Pool | ClusterPool, capture: Capture, progress: StageProgress, timings: Timings
 ) -> np.ndarray:
     """(n, 2) float64 metres: the floor centre of every captured frame, in its captured place."""
     inputs: dict[str, Any] = {

@@ -88,9 +88,13 @@ class Store:
         A damaged one is noted in ``self.damaged``.
         """
         manifest = self.manifest(name)
-        if manifest is None or manifest.get("key") != content_key(inputs):
+        if manifest is None or manifest.get("key") != content_key(inputs) or not _tells(manifest, name, inputs):
             return None
         return self.verify(name)
+
+    def absent(self, name: str) -> bool:
+        """Whether there is nothing of the artefact, not even a damaged part."""
+        return not self._manifest_path(name).exists() and not self.path(name).exists()
 
     def why(self, name: str, inputs: dict[str, Any]) -> str:
         """Why ``find`` has just found nothing, as the end of a sentence that begins with the name."""
@@ -103,7 +107,7 @@ class Store:
             return "is damaged"
         # As JSON has it: the manifest knows no tuples.
         different = changes(manifest.get("inputs") or {}, json.loads(json.dumps(inputs)))
-        return f"is out of date: {', '.join(different)}"
+        return f"is out of date: {', '.join(different)}" if different else "has a damaged manifest"
 
     def verify(self, name: str) -> Path | None:
         """The artefact's path where it has a manifest and every checksum holds, whatever it was made from."""
@@ -226,9 +230,14 @@ def _checksums(path: Path) -> dict[str, str]:
     return {"": file_hash(path)}
 
 
+def _tells(manifest: dict[str, Any], name: str, inputs: dict[str, Any]) -> bool:
+    """Whether a manifest still says what was written: nobody reads its words, but a user may."""
+    return manifest.get("artefact") == name and manifest.get("inputs") == json.loads(json.dumps(inputs))
+
+
 def _read_json(path: Path) -> dict[str, Any] | None:
     try:
         content = json.loads(path.read_text())
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None

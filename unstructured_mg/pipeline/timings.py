@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from unstructured_mg.pipeline.store import write_whole
 
@@ -16,10 +17,10 @@ class Timings:
         self._path = path
         try:
             content = json.loads(path.read_text())
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             content = {}
-        self.stages: dict[str, float] = content.get("stages", {})
-        self.items: dict[str, float] = content.get("items", {})
+        self.stages: dict[str, float] = _numbers(content, "stages")
+        self.items: dict[str, float] = _numbers(content, "items")
 
     @contextmanager
     def wall(self, stage: str) -> Iterator[None]:
@@ -40,3 +41,11 @@ class Timings:
     def save(self) -> None:
         content = {"stages": self.stages, "items": dict(sorted(self.items.items()))}
         write_whole(self._path, (json.dumps(content, indent=1) + "\n").encode())
+
+
+def _numbers(content: Any, key: str) -> dict[str, float]:
+    """What the file has under ``key``; nothing where it is damaged, for no result hangs on it."""
+    found = content.get(key) if isinstance(content, dict) else None
+    if not isinstance(found, dict):
+        return {}
+    return {name: float(value) for name, value in found.items() if isinstance(value, int | float)}
