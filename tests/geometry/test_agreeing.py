@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from unstructured_mg.geometry.agreeing import AgreeingPoints, face_normals, vertex_normals
+from unstructured_mg.geometry.agreeing import AgreeingPoints
+from unstructured_mg.geometry.normals import face_normals
 
 
 def test_agrees_with_brute_force():
@@ -33,12 +34,6 @@ def test_faces_without_area_are_never_found():
     faces = np.array([[0, 1, 3], [0, 1, 2]], np.int32)
     face, _, _ = AgreeingPoints(vertices, faces).query(np.array([[1.5, 0, 0.0]]), np.array([[0, 0, 1.0]]), 5, 1e-12)
     assert face.tolist() == [1]
-
-
-def test_vertex_normals_of_a_sphere_point_outwards():
-    mesh = trimesh.creation.icosphere(subdivisions=4)
-    normals = vertex_normals(np.asarray(mesh.vertices), mesh.faces)
-    assert np.einsum("ij,ij->i", normals, mesh.vertices).min() > 0.9999
 
 
 @pytest.mark.parametrize(

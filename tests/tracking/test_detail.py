@@ -3,9 +3,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from unstructured_mg.geometry.laplacian import mass_matrix, stiffness_matrix
+from unstructured_mg.geometry.normals import vertex_normals
 from unstructured_mg.tracking.detail import detail_layers, normal_offsets, smooth_normals, transfer_detail
 from unstructured_mg.tracking.options import TrackingOptions
-from unstructured_mg.tracking.surface import vertex_normals
 
 
 def sphere(level):

@@ -6,7 +6,7 @@ from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.geometry.tets import tet_volumes
 from unstructured_mg.tracking.cage import build_cage
 from unstructured_mg.tracking.options import TrackingOptions
-from unstructured_mg.tracking.register import Registrar, far_stages, near_stages
+from unstructured_mg.tracking.register import Registrar, far_stages, near_stages, symmetric_planes
 from unstructured_mg.tracking.surface import clean_surface
 
 OPTIONS = TrackingOptions(cage_vertices=400)
@@ -62,6 +62,25 @@ def test_far_limbs_find_their_place_where_the_nearest_surface_is_another_limbs()
     goal_faces = np.concatenate([target_faces, target_faces + len(target)]).astype(np.int32)
     aim = tracked.target(clean_surface(goal, goal_faces))
     start = tracked.cage.vertices
-    assert not tracked.is_near(aim, start)
+    assert tracked.gap(aim, start) > 0.15
     reached = tracked.surface_at(tracked.register(aim, start, tracked.stages(aim, start, 1e-4)))
     assert np.linalg.norm(reached - moved, axis=1).max() < 5e-3
+
+
+def test_planes_lie_half_way_between_the_normals_and_count_by_nearness_and_agreement():
+    rng = np.random.default_rng(5)
+    points, goals = rng.normal(size=(2, 400, 3))
+    normals, goal_normals = (rng.normal(size=(400, 3)) for _ in range(2))
+    goal_normals += 2 * normals
+    normals, goal_normals = (n / np.linalg.norm(n, axis=1, keepdims=True) for n in (normals, goal_normals))
+    shares, width = rng.random(400), 0.8
+    planes, weights, offsets = symmetric_planes(points, normals, goals, goal_normals, shares, width)
+    middle = normals + goal_normals
+    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    away = goals - points
+    cosine, squared = (normals * goal_normals).sum(1), (away**2).sum(1)
+    wanted = np.where((cosine > 0.5) & (squared < 13.8 * width**2), shares * np.exp(-squared / width**2) * cosine, 0)
+    assert 50 < np.count_nonzero(wanted) < 350
+    np.testing.assert_allclose(planes, middle, atol=1e-12)
+    np.testing.assert_allclose(weights, wanted, rtol=1e-12)
+    np.testing.assert_allclose(offsets, (middle * away).sum(1), atol=1e-12)

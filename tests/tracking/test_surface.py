@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from tracking.bodies import tube
 
-from unstructured_mg.tracking.surface import clean_surface, face_normals, vertex_areas, vertex_normals
+from unstructured_mg.geometry.normals import vertex_normals
+from unstructured_mg.tracking.surface import clean_surface, face_normals, vertex_areas
 
 
 def test_seams_are_welded_debris_dropped_and_defects_marked():

@@ -4,26 +4,9 @@ import numpy as np
 
 from unstructured_mg import _native
 from unstructured_mg.geometry.morton import morton_order
+from unstructured_mg.geometry.normals import face_normals
 
 LEAF_SIZE = 2
-
-
-def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit normals ``(m, 3) float64``; zero where a face has no area."""
-    a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
-    normals = np.cross(b - a, c - a)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-
-
-def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area-weighted unit normals ``(n, 3) float64``; zero where they cancel or no face has area."""
-    a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
-    weighted = np.repeat(np.cross(b - a, c - a), 3, axis=0)
-    corner = faces.ravel()
-    normals = np.stack([np.bincount(corner, weighted[:, i], minlength=len(vertices)) for i in range(3)], axis=1)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
 
 
 class AgreeingPoints:

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unstructured_mg.geometry.agreeing import face_normals
 from unstructured_mg.geometry.components import face_components
 from unstructured_mg.geometry.laplacian import face_areas
+from unstructured_mg.geometry.normals import face_normals
 from unstructured_mg.geometry.tracing import TracingSurface
 from unstructured_mg.synthesis.texels import cover_texels, to_pixels
 

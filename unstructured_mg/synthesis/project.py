@@ -3,7 +3,8 @@
 import numpy as np
 
 from unstructured_mg.capture.mesh import TexturedMesh
-from unstructured_mg.geometry.agreeing import AgreeingPoints, vertex_normals
+from unstructured_mg.geometry.agreeing import AgreeingPoints
+from unstructured_mg.geometry.normals import vertex_normals
 from unstructured_mg.synthesis.images import Image, sample
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from unstructured_mg.geometry.agreeing import face_normals
+from unstructured_mg.geometry.normals import face_normals
 from unstructured_mg.geometry.tracing import TracingSurface
 
 

@@ -8,8 +8,9 @@ import scipy.sparse as sp
 
 from unstructured_mg.geometry.closest import ClosestPoints
 from unstructured_mg.geometry.laplacian import stiffness_matrix
+from unstructured_mg.geometry.normals import vertex_normals
 from unstructured_mg.tracking.options import TrackingOptions
-from unstructured_mg.tracking.surface import unit, vertex_areas, vertex_normals
+from unstructured_mg.tracking.surface import unit, vertex_areas
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from unstructured_mg.geometry.means import weighted_means
 from unstructured_mg.geometry.rotations import fit_rotations
 from unstructured_mg.geometry.tets import barycentric, deformation_gradients, tet_gradients
 
@@ -60,7 +61,7 @@ def embed(
     residual: np.ndarray,
 ) -> np.ndarray:
     """Surface (n, 3) from cage vertices (c, 3): sum_i w_i x_i + R_tet residual, with rotations (q, 3, 3)."""
-    carried = np.einsum("ni,nix->nx", weights, cage_vertices[tets[tet_of_vertex]])
+    carried = weighted_means(tets, tet_of_vertex, weights, cage_vertices)
     return carried + np.einsum("nab,nb->na", rotations[tet_of_vertex], residual)
 
 
@@ -73,5 +74,5 @@ def residual_of(
     rotations: np.ndarray,
 ) -> np.ndarray:
     """The residual (n, 3) with which ``embed`` gives ``surface`` exactly."""
-    carried = np.einsum("ni,nix->nx", weights, cage_vertices[tets[tet_of_vertex]])
+    carried = weighted_means(tets, tet_of_vertex, weights, cage_vertices)
     return np.einsum("nba,nb->na", rotations[tet_of_vertex], surface - carried)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from unstructured_mg.geometry.means import weighted_means
 from unstructured_mg.geometry.tets import tet_volumes
 from unstructured_mg.tracking.embedding import Cage
 from unstructured_mg.tracking.system import CageSystem
@@ -21,10 +22,12 @@ class Interior:
         self._shares = areas / areas.sum()
         self._corners = cage.tets[cage.tet_of_vertex]
         self._strength = softness * scale**2 / system.volumes.sum()
-        self._held = system.new_blocks()
+        self._held, unused = system.new_terms()
         for axis in _AXES:
-            planes = np.broadcast_to(axis, (len(areas), 3))
-            system.add_planes(self._held, cage.tet_of_vertex, cage.weights, planes, self._shares)
+            planes = np.tile(axis, (len(areas), 1))
+            system.add_planes(
+                self._held, unused, cage.tet_of_vertex, cage.weights, planes, self._shares, np.zeros(len(areas))
+            )
 
     def fit(self, vertices: np.ndarray, surface: np.ndarray, iterations: int) -> np.ndarray:
         """Cage vertices (c, 3) from a start (c, 3) in whose tets the surface (n, 3) lies; no tet is inverted by it."""
@@ -32,13 +35,13 @@ class Interior:
         floor = np.minimum(0.05 * system.volumes, 0.5 * np.maximum(tet_volumes(vertices, cage.tets), 0))
         strength = np.full(len(cage.tets), self._strength)
         for _ in range(iterations):
-            linear, rotations = system.rotations(vertices)
-            carried = np.einsum("ni,nix->nx", cage.weights, vertices[self._corners])
-            carried += np.einsum("nab,nb->na", rotations[cage.tet_of_vertex], cage.residual)
+            carried = weighted_means(cage.tets, cage.tet_of_vertex, cage.weights, vertices)
+            if cage.residual.any():
+                _, rotations = system.rotations(vertices)
+                carried += np.einsum("nab,nb->na", rotations[cage.tet_of_vertex], cage.residual)
             pull = (self._shares[:, None] * (surface - carried))[:, None, :] * cage.weights[:, :, None]
-            right = system.scatter(self._corners, pull) - system.arap_gradient(linear, rotations, strength)
-            blocks = self._held.copy()
-            system.add_arap(blocks, rotations, strength)
+            blocks, right = self._held.copy(), system.scatter(self._corners, pull)
+            system.add_arap(blocks, right, vertices, strength)
             step = system.solve(blocks, right, 1e-9 * blocks[:, [0, 4, 8]].max())
             share = 1.0
             while share > 1e-3 and (tet_volumes(vertices + share * step, cage.tets) < floor).any():

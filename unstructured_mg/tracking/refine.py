@@ -3,10 +3,11 @@
 import numpy as np
 
 from unstructured_mg.geometry.laplacian import stiffness_matrix
+from unstructured_mg.geometry.normals import vertex_normals
 from unstructured_mg.geometry.rotations import fit_rotations
 from unstructured_mg.geometry.solver import SymmetricSolver
 from unstructured_mg.geometry.triangles import TriangleElements
-from unstructured_mg.tracking.surface import CleanSurface, vertex_areas, vertex_normals
+from unstructured_mg.tracking.surface import CleanSurface, vertex_areas
 from unstructured_mg.tracking.target import Target
 
 

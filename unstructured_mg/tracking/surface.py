@@ -75,13 +75,6 @@ def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return normals
 
 
-def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Area-weighted unit normals (n, 3); zero where a vertex has no face."""
-    flat = np.repeat(face_normals(vertices, faces), 3, axis=0)
-    sums = np.stack([np.bincount(faces.ravel(), flat[:, a], minlength=len(vertices)) for a in range(3)], axis=1)
-    return unit(sums)
-
-
 def unit(vectors: np.ndarray) -> np.ndarray:
     """Vectors (n, 3) at length 1; zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)

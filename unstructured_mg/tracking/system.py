@@ -46,35 +46,37 @@ class CageSystem:
         linear = deformation_gradients(vertices, self.tets, self.gradients)
         return linear, fit_rotations(linear)
 
-    def arap_gradient(self, linear: np.ndarray, rotations: np.ndarray, strength: np.ndarray) -> np.ndarray:
-        """Half the gradient (c, 3) of the ARAP energy, every tet times its ``strength`` (q,)."""
-        per_corner = np.einsum("q,qab,qib->qia", strength * self.volumes, linear - rotations, self.gradients)
-        return self.scatter(self.tets, per_corner)
-
     def scatter(self, corners: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Sum values (p, 4, 3) at the cage vertices corners (p, 4)."""
         flat = corners.ravel()
         return np.stack([np.bincount(flat, values[..., a].ravel(), minlength=self.count) for a in range(3)], axis=1)
 
-    def new_blocks(self) -> np.ndarray:
-        return np.zeros((self.block_count, 9))
+    def new_terms(self) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks (b, 9) and a right side (c, 3) to add to."""
+        return np.zeros((self.block_count, 9)), np.zeros((self.count, 3))
 
-    def add_arap(self, blocks: np.ndarray, rotations: np.ndarray, strength: np.ndarray) -> None:
-        """Add the ARAP energy's matrix (half its Gauss-Newton Hessian), every tet times its ``strength`` (q,)."""
-        _native.corotated_stiffness(self.gradients, strength * self.volumes, rotations, self.block, self.flip, blocks)
+    def add_arap(self, blocks: np.ndarray, right: np.ndarray, vertices: np.ndarray, strength: np.ndarray) -> None:
+        """Add the ARAP energy at ``vertices`` (c, 3): half its Gauss-Newton Hessian and minus half its gradient.
+
+        Every tet counts times its ``strength`` (q,).
+        """
+        _native.arap_terms(
+            strength * self.volumes, self.gradients, np.ascontiguousarray(vertices), self.tets, self.block, self.flip,
+            blocks, right,
+        )  # fmt: skip
 
     def add_planes(
-        self, blocks: np.ndarray, tet: np.ndarray, weights: np.ndarray, normals: np.ndarray, strength: np.ndarray
+        self,
+        blocks: np.ndarray,
+        right: np.ndarray,
+        tet: np.ndarray,
+        weights: np.ndarray,
+        planes: np.ndarray,
+        strength: np.ndarray,
+        offsets: np.ndarray,
     ) -> None:
-        """Add sum_p strength_p (n_p . sum_i w_pi x_i)^2 for points in tets (p,) int32 with weights (p, 4)."""
-        _native.plane_blocks(
-            tet,
-            np.ascontiguousarray(weights),
-            np.ascontiguousarray(normals),
-            np.ascontiguousarray(strength),
-            self.block,
-            blocks,
-        )
+        """Add sum_p strength_p (n_p . sum_i w_pi step_i - offset_p)^2 for points in tets (p,) int32, weights (p, 4)."""
+        _native.plane_terms(tet, weights, planes, strength, offsets, self.tets, self.block, blocks, right)
 
     def solve(self, blocks: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:
         """The step (c, 3) with (matrix + damping I) step = right (c, 3)."""

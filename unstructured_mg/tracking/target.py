@@ -5,8 +5,10 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from unstructured_mg.geometry.means import weighted_means
 from unstructured_mg.geometry.nearest import NearestPoints
-from unstructured_mg.tracking.surface import CleanSurface, unit, vertex_areas, vertex_normals
+from unstructured_mg.geometry.normals import vertex_normals
+from unstructured_mg.tracking.surface import CleanSurface, unit, vertex_areas
 
 
 class Target:
@@ -21,6 +23,7 @@ class Target:
         self.faces = surface.faces[surface.geometric]
         self.normals = vertex_normals(self.vertices, self.faces)
         self.areas = vertex_areas(self.vertices, self.faces)
+        self._placed_normals = np.concatenate([self.vertices, self.normals], axis=1)
         self._nearest = NearestPoints(self.vertices, self.faces)
         self._slots: dict[int, np.ndarray] = {}
         self.samples = thin(self.vertices, self.areas, spacing)
@@ -39,12 +42,8 @@ class Target:
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nearest surface points (p, 3) and smooth normals (p, 3) there."""
         _, face, weights = self._find(points)
-        corners = self.faces[face]
-        nearest, normals = np.zeros_like(points), np.zeros_like(points)
-        for corner, weight in zip(corners.T, weights.T, strict=True):
-            nearest += weight[:, None] * self.vertices[corner]
-            normals += weight[:, None] * self.normals[corner]
-        return nearest, unit(normals)
+        found = weighted_means(self.faces, face, weights, self._placed_normals)
+        return np.ascontiguousarray(found[:, :3]), unit(found[:, 3:])
 
     def alike(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of the samples, those nearest in place and direction together: points and normals (p, 3).
