@@ -1,5 +1,5 @@
 import numpy as np
-from toy_pair import bending_pair
+from toy_pair import bending_pair, club
 
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.geometry.rotations import fit_planar
@@ -22,7 +22,11 @@ def test_the_ground_holds_more_than_the_head():
 
 
 def test_it_is_the_minimum_of_the_energy_as_written():
-    pair = bending_pair(3, moved=PlanarRigid(0.4, 1.0, 2.0))
+    # The lowest point of the club never touches the floor: nothing stands.
+    lifted = club()
+    lifted.surface[:, 2] += 0.1
+    lifted.cage[:, 2] += 0.1
+    pair = bending_pair(3, moved=PlanarRigid(0.4, 1.0, 2.0), template=lifted)
     source, target = pair.vertices[3], pair.vertices[10]
     masses = vertex_areas(source, pair.faces) + vertex_areas(target, pair.faces)
     heights = source[:, 2] + target[:, 2]
@@ -35,6 +39,16 @@ def test_it_is_the_minimum_of_the_energy_as_written():
     best = energy(found.yaw, found.x, found.y)
     for step in np.vstack([np.eye(3), -np.eye(3)]) * 1e-4:
         assert energy(found.yaw + step[0], found.x + step[1], found.y + step[2]) > best
+
+
+def test_soles_that_stand_outweigh_the_bodies():
+    """One stands upright, the other leans over: even ground-weighted bodies would take its tip along."""
+    pair = bending_pair(3, np.full(7, 0.0), np.full(7, 1.2), PlanarRigid(0.0, 0.3, 0.0))
+    tip = pair.vertices[0, :, 2].argmin()
+    brought = align_windows(pair).apply(pair.vertices[10])
+    even = fit_planar(pair.vertices[10], pair.vertices[3], vertex_areas(pair.vertices[3], pair.faces))
+    gaps = [np.linalg.norm((x - pair.vertices[3])[tip, :2]) for x in (brought, even.apply(pair.vertices[10]))]
+    assert gaps[1] > 0.1 and gaps[0] < 0.1 * gaps[1]
 
 
 def test_areas_add_up_to_the_surface():

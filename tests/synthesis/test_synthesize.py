@@ -91,7 +91,7 @@ def test_few_frames_are_read():
 def test_a_pair_that_does_not_fit_is_refused_with_its_numbers():
     still = np.zeros(9)
     pair = bending_pair(4, still, still + 1.5)
-    refusal = synthesize(TrackedCapture(pair), pair, ALONE)
+    refusal = synthesize(TrackedCapture(pair), pair, dataclasses.replace(ALONE, foot_slide=0.02))
     assert isinstance(refusal, Refusal) and refusal.stage == "synthesis"
     assert refusal.reason.startswith("on the way over the surface jumps at its start by")
     assert "the velocity jumps at its end" in refusal.reason and "feet slide" in refusal.reason

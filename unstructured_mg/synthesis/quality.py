@@ -8,13 +8,9 @@ import numpy as np
 
 from unstructured_mg.geometry.tets import tet_volumes
 from unstructured_mg.synthesis.align import vertex_areas
+from unstructured_mg.synthesis.contact import planted
 from unstructured_mg.synthesis.options import SynthesisOptions
 from unstructured_mg.synthesis.posture import Posture
-
-# Metres above the floor within which a sole that keeps its place is planted.
-SOLE_HEIGHT = 0.025
-# Metres a frame below which a sole keeps its place.
-SOLE_REST = 0.004
 
 
 def root_mean_square(vectors: np.ndarray, masses: np.ndarray) -> float:
@@ -107,19 +103,15 @@ def intersecting_share(vertices: np.ndarray, faces: np.ndarray) -> float:
 def foot_slide(steps: np.ndarray, first: np.ndarray, second: np.ndarray, masses: np.ndarray) -> float:
     """How far (metres) planted soles slide in the whole transition.
 
-    A vertex is planted between two steps where, in both windows, it is lower than SOLE_HEIGHT and moves less than
-    SOLE_REST a frame along the floor. Summed over the steps: the mean horizontal way of what is planted. All are
+    Summed over the steps: the mean horizontal way of what is planted (see ``contact.planted``). All are
     ``(2k+1, n, 3)``.
     """
     way = 0.0
     for i in range(len(steps) - 1):
-        planted = np.ones(steps.shape[1], bool)
-        for window in (first, second):
-            planted &= (window[i, :, 2] < SOLE_HEIGHT) & (window[i + 1, :, 2] < SOLE_HEIGHT)
-            planted &= np.linalg.norm(window[i + 1, :, :2] - window[i, :, :2], axis=1) < SOLE_REST
-        if masses[planted].sum() > 0:
+        sole = planted(first, second, i)
+        if masses[sole].sum() > 0:
             moved = np.linalg.norm(steps[i + 1, :, :2] - steps[i, :, :2], axis=1)
-            way += float(masses[planted] @ moved[planted] / masses[planted].sum())
+            way += float(masses[sole] @ moved[sole] / masses[sole].sum())
     return way
 
 

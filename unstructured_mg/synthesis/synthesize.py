@@ -11,6 +11,7 @@ from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.synthesis.align import align_windows
 from unstructured_mg.synthesis.blend import BLENDS, Blend, blend_postures, windows_of
 from unstructured_mg.synthesis.captured import colour_change, surface_change, surface_distance
+from unstructured_mg.synthesis.feet import plant_feet
 from unstructured_mg.synthesis.frames import Frames, KeptFrames
 from unstructured_mg.synthesis.options import SynthesisOptions
 from unstructured_mg.synthesis.posture import Posture, Template
@@ -28,10 +29,10 @@ def synthesize(
 ) -> tuple[Transition, Transition] | Refusal:
     """The transitions source -> target and target -> source of a tracked pair, or why there are none.
 
-    The windows are aligned on the floor plane, every step's geometry is blended and placed, textures are moved along
-    the flow, and the quality card decides. Both directions are kept or refused together: a pair is one choice.
-    Geometry is judged before any texture is made. Besides the template frame the two outermost frames at each end of
-    each window are read, to measure seams against what the capture does there.
+    The windows are aligned on the floor plane, every step's geometry is blended and placed, feet that stand are locked,
+    textures are moved along the flow, and the quality card decides. Both directions are kept or refused together: a
+    pair is one choice. Geometry is judged before any texture is made. Besides the template frame the two outermost
+    frames at each end of each window are read, to measure seams against what the capture does there.
     """
     if pair.k < 2:
         raise ValueError(f"pair.k: expected at least 2, got {pair.k}")
@@ -89,6 +90,8 @@ def _blend_way(
     to_start = alignment.inverse() if reverse else alignment
     first, second = windows_of(pair, alignment, reverse)
     steps = blend_postures(pair, alignment, options, reverse, blend)
+    if options.plant_feet:
+        steps = plant_feet(Template.of_pair(pair), steps, first, second, WEIGHTS[options.weights](pair.k))
     before, after = frames.read(int(pair.frames[start])), frames.read(int(pair.frames[end]))
     jumps = (
         surface_distance(before.vertices, before.faces, steps[1].surface, pair.faces),
