@@ -12,7 +12,7 @@ demo: .venv/ready  ## Build a motion graph of the package's own capture and open
 test: .venv/ready-test  ## All tests; ends with what was skipped and why
 	$(BIN)/python -m pytest $(TESTS)
 
-tools: .tools/ready  ## Programs of others that tests open exports with: ffprobe, and the Khronos glTF validator
+tools: .tools/ready  ## Programs of others that tests open exports with: ffprobe, the Khronos glTF validator, Chromium
 
 lint: .venv/ready-lint
 	$(BIN)/ruff check .
@@ -53,5 +53,6 @@ clean:
 	mkdir -p .tools
 	command -v ffprobe >/dev/null || { apt-get update -q && apt-get install -y -q --no-install-recommends ffmpeg; }
 	command -v npm >/dev/null || { apt-get update -q && apt-get install -y -q --no-install-recommends nodejs npm; }
+	command -v chromium >/dev/null || { apt-get update -q && apt-get install -y -q --no-install-recommends chromium; }
 	npm install --silent --no-audit --no-fund --prefix .tools gltf-validator@2.0.0-dev.3.10
 	touch $@

@@ -26,7 +26,7 @@ def assert_one_sentence(result, *words):
 
 def test_help_lists_every_command():
     shown = umg("--help").stdout
-    for command in ("inspect", "build", "walk", "path", "convert", "report", "demo"):
+    for command in ("inspect", "build", "walk", "path", "convert", "report", "web", "demo"):
         assert command in shown
 
 
@@ -54,7 +54,8 @@ def test_a_bad_word_names_the_option_and_the_choices(tmp_path):
 
 
 def test_what_is_no_work_folder_is_said_so(tmp_path):
-    for command in (["walk", tmp_path, "--frames", 3, "-o", tmp_path / "out"], ["report", tmp_path]):
+    for command in (["walk", tmp_path, "--frames", 3, "-o", tmp_path / "out"], ["report", tmp_path],
+                    ["web", tmp_path, "-o", tmp_path / "out"]):  # fmt: skip
         assert_one_sentence(umg(*command), "is not a work folder", "umg build")
 
 
@@ -67,6 +68,10 @@ def test_what_is_no_work_folder_is_said_so(tmp_path):
         (["build", "capture", "-o", "work", "--unit", "furlong"], ["--unit", "furlong", "inch"]),
         (["walk", "work", "--frames", "0", "-o", "out"], ["--frames", "umg walk --help"]),
         (["walk", "work", "--frames", "9", "-o", "out", "--fast"], ["--fast", "umg walk --help"]),
+        (["web", "work"], ["-o SITE", "--serve"]),
+        (["web", "work", "--serve"], ["is not a page's folder", "umg web"]),
+        (["web", "work", "-o", "out", "--port", "8000"], ["--port", "--serve"]),
+        (["web", "work", "--serve", "--decimate", "500"], ["--decimate", "-o SITE"]),
     ],
 )
 def test_misuse_is_one_sentence(tmp_path, arguments, words):

@@ -466,8 +466,67 @@ def report(work: Path, /, *, output: Output | None = None, workers: Workers = No
 
 
 @app.command
+def web(
+    folder: Path,
+    /,
+    *,
+    output: Output | None = None,
+    force: Flag = False,
+    serve: Flag = False,
+    port: Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=65535))] = None,
+    decimate: Annotated[int | None, Parameter(validator=validators.Number(gte=4))] = None,
+    texture_size: Annotated[int, Parameter(validator=validators.Number(gte=16, lte=8192))] = 1024,
+    quality: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100))] = 80,
+    workers: Workers = None,
+) -> None:
+    """Write a web page that plays the motion graph: a folder that any file server can serve, or that opens as it is.
+
+    Parameters
+    ----------
+    folder
+        The work folder of a finished build; or, with --serve and without -o, a page's folder.
+    output
+        A new or empty folder for the page.
+    force
+        Replace an earlier page in the output folder.
+    serve
+        Serve the page on 127.0.0.1, for this machine only, until Ctrl-C.
+    port
+        The port to serve on; a free one unless given.
+    decimate
+        At most so many faces a frame, as far as the texture's seams allow.
+    texture_size
+        At most so many pixels along an image's longer side.
+    quality
+        Of the images (WebP), 1 to 100.
+    workers
+        Worker processes; as many as there are cores unless given.
+    """
+    from unstructured_mg.pipeline.progress import StageProgress
+    from unstructured_mg.pipeline.site import make_site, serve_site
+    from unstructured_mg.pipeline.work import open_work
+    from unstructured_mg.playback.site_options import SiteOptions
+
+    if output is None and not serve:
+        raise UserError("say where to write the page with -o SITE, or serve one with umg web SITE --serve.")
+    if port is not None and not serve:
+        raise UserError("--port: says where to serve; give --serve too.")
+    options = SiteOptions(texture_size=texture_size, quality=quality, decimate=decimate)
+    if output is None:
+        if force or options != SiteOptions():
+            raise UserError(
+                "--force, --decimate, --texture-size, --quality: say how to write a page; give -o SITE too."
+            )
+    else:
+        make_site(open_work(folder), output, options, force, workers or _cores(), StageProgress(Console()))
+        print(f"the page is {(output / 'index.html').resolve().as_uri()}")
+    if serve:
+        serve_site(output or folder, port or 0)
+
+
+@app.command
 def demo(folder: Path, /, *, workers: Workers = None) -> None:
-    """Build the package's own capture, walk through it and report, all in one folder.
+    """Build the package's own capture, walk through it, report, and write the web page, all in one folder.
 
     Parameters
     ----------

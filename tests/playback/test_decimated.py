@@ -8,6 +8,7 @@ from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.playback.decimated import decimated_frames, decimated_transition, decimated_transitions
 from unstructured_mg.playback.stream import posed_frames
 from unstructured_mg.playback.walk import WalkFrame, capture_walk
+from unstructured_mg.synthesis.texture_flow import TextureFlow
 from unstructured_mg.synthesis.transition import Transition
 
 SIDE = 10
@@ -66,6 +67,17 @@ def transition():
     poses = np.stack([bent(phase) for phase in np.linspace(0, 3, 9)])
     return Transition(0, 7, 5, poses, FACES, UV, FACES, (b"",) * 9, ".png",
                       (255 * np.stack([poses[..., 0]] * 3, 2)).astype(np.uint8), PlanarRigid(), {})  # fmt: skip
+
+
+def test_the_flow_stays_with_its_vertices():
+    end = (255 * np.stack([X, Y, Y], 1)).astype(np.uint8)
+    flow = TextureFlow(bent(0), np.stack([X, Y, X * Y], 1), np.stack([X + Y, X - Y], 1), (), "", np.stack([end, end]))
+    small = decimated_transition(replace(transition(), flow=flow), 40)
+    x, y = small.uv.T
+    np.testing.assert_array_equal(small.flow.reference[:, :2], small.uv)
+    np.testing.assert_array_equal(small.flow.displacement, np.stack([x, y, x * y], 1))
+    np.testing.assert_array_equal(small.flow.uv_flow, np.stack([x + y, x - y], 1))
+    np.testing.assert_array_equal(small.flow.colors[1], (255 * np.stack([x, y, y], 1)).astype(np.uint8))
 
 
 def test_a_transition_keeps_one_connectivity_in_all_its_steps():

@@ -14,21 +14,23 @@ from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.pool import Pool
 from unstructured_mg.pipeline.progress import StageProgress
 from unstructured_mg.pipeline.reporting import make_report
+from unstructured_mg.pipeline.site import make_site
 from unstructured_mg.pipeline.store import user_errors
 from unstructured_mg.pipeline.summary import print_summary
 from unstructured_mg.pipeline.work import open_work
 from unstructured_mg.playback.export_options import ExportOptions
+from unstructured_mg.playback.site_options import SiteOptions
 from unstructured_mg.playback.walk import random_walk
 
 # Enough for a graph that covers the actions, and few enough for about three minutes on two cores.
 PAIRS = 6
 WALK_FRAMES = 300
 WALK_SEED = 1
-OURS = {"capture", "capture.partial", "work", "walk"}
+OURS = {"capture", "capture.partial", "work", "walk", "site"}
 
 
 def run_demo(folder: Path, workers: int, console: Console) -> None:
-    """Write the procedural capture, build its motion graph, export a walk and the report, all inside ``folder``."""
+    """Write the procedural capture, build its graph, export a walk, the report and the web page, all in ``folder``."""
     progress = StageProgress(console)
     capture, work = folder / "capture", folder / "work"
     with user_errors(folder):
@@ -48,4 +50,7 @@ def run_demo(folder: Path, workers: int, console: Console) -> None:
     export_work(opened, walk, folder / "walk", ExportOptions(), True, workers, progress)
     report = make_report(work, None, workers, progress)
     console.print(f"\nA walk of {WALK_FRAMES} frames: {folder / 'walk'} (OBJ sequence, opens in Blender and others)")
+    make_site(opened, folder / "site", SiteOptions(), True, workers, progress)
+    page = folder / "site" / "index.html"
     console.print(f"The report, to open in a browser: {report.resolve().as_uri()}", soft_wrap=True)
+    console.print(f"The page that plays on for ever: {page.resolve().as_uri()}", soft_wrap=True)

@@ -11,6 +11,7 @@ from unstructured_mg.capture.decimated import apply_decimation
 from unstructured_mg.capture.mesh import TexturedMesh
 from unstructured_mg.geometry.decimate import Decimation, decimate
 from unstructured_mg.playback.stream import LoadTransition, PosedFrame
+from unstructured_mg.synthesis.texture_flow import TextureFlow
 from unstructured_mg.synthesis.transition import Transition
 
 # Steps of a transition that its decimation must serve: its ends, its middle and two between.
@@ -71,6 +72,17 @@ def decimated_transition(transition: Transition, goal: int) -> Transition:
         uv=transition.uv[found.uv_index],
         face_uv=found.face_uv,
         colors=None if transition.colors is None else transition.colors[:, found.vertex_index],
+        flow=None if transition.flow is None else _kept_flow(transition.flow, found),
+    )
+
+
+def _kept_flow(flow: TextureFlow, found: Decimation) -> TextureFlow:
+    return replace(
+        flow,
+        reference=flow.reference[found.vertex_index],
+        displacement=flow.displacement[found.vertex_index],
+        uv_flow=flow.uv_flow[found.uv_index] if len(flow.uv_flow) else flow.uv_flow,
+        colors=None if flow.colors is None else flow.colors[:, found.vertex_index],
     )
 
 

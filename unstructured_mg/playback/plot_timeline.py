@@ -35,13 +35,14 @@ def plot_timeline(capture: Capture, covered: np.ndarray | None, transitions: Seq
     below = max((_height(end - start, longest) for _, start, end in ways if end <= start), default=0.0)
     ground = above + 16
     costs = [entry.cost for entry in transitions]
-    lowest, spread = (min(costs), max(costs) - min(costs)) if costs else (0.0, 0.0)
+    lowest, highest = (min(costs), max(costs)) if costs else (0.0, 0.0)
+    colors = {(e.source, e.target): color for e, color in zip(transitions, cost_colors(costs), strict=True)}
 
     parts = []
     # Long arcs first, so that short ones lie on top of them and can be pointed at.
     for entry, start, end in sorted(ways, key=lambda way: (-abs(way[2] - way[1]), way[0].source, way[0].target)):
         height = _height(end - start, longest) * (1 if end > start else -1)
-        color = _color((entry.cost - lowest) / spread if spread > 0 else 0.0)
+        color = colors[entry.source, entry.target]
         top = at(ground - 4 / 3 * height)
         path = f"M{at(start)} {at(ground)}C{at(start)} {top} {at(end)} {top} {at(end)} {at(ground)}"
         source, target = axis.ids[entry.source - entry.k], axis.ids[entry.target + entry.k]
@@ -68,12 +69,18 @@ def plot_timeline(capture: Capture, covered: np.ndarray | None, transitions: Seq
     base = ground + below + 12
     parts += axis.draw(base)
     height = base + (44 if len(axis.clips) > 1 else 26)
-    parts += _legend(height + 12, lowest, lowest + spread) if costs else []
+    parts += _legend(height + 12, lowest, highest) if costs else []
     return figure(WIDTH, height + (34 if costs else 0), "Transitions over the captured frames", parts)
 
 
 def _height(span: float, longest: float) -> float:
     return LOW + (HIGH - LOW) * float(np.sqrt(abs(span) / max(longest, 1e-9)))
+
+
+def cost_colors(costs: Sequence[float]) -> list[str]:
+    """``#rrggbb`` of each transition, from the lowest cost to the highest."""
+    lowest, highest = min(costs, default=0.0), max(costs, default=0.0)
+    return [_color((cost - lowest) / (highest - lowest) if highest > lowest else 0.0) for cost in costs]
 
 
 def _color(share: float) -> str:

@@ -90,7 +90,7 @@ def random_walk(graph: MotionGraph, capture: Capture, frames: int, seed: int, st
     if not 0 <= seed <= MASK:
         raise UserError(f"Seed {seed} is out of range: choose a whole number from 0 to {MASK}.")
     if start is None:
-        start = _default_start(graph, capture)
+        start = default_start(graph, capture)
     require_frame(graph, start, capture)
     played = tuple(islice(endless_walk(graph, seed, start), frames))
     ended = None
@@ -173,7 +173,7 @@ def _play(graph: MotionGraph, segments: Iterable[Segment], world: PlanarRigid) -
             world = PlanarRigid(math.remainder(moved.yaw, math.tau), moved.x, moved.y)
 
 
-def _default_start(graph: MotionGraph, capture: Capture) -> int:
+def default_start(graph: MotionGraph, capture: Capture) -> int:
     if graph.cyclic:
         return int(graph.frames[0])
     return max(capture.runs(), key=lambda run: (len(run), -run.start)).start
