@@ -171,6 +171,7 @@ def build(
     up: str | None = None,
     floor: float | None = None,
     descriptor: str | None = None,
+    rank: int | None = None,
     window: Annotated[int, Parameter(validator=AtLeastOne)] = 10,
     windows: str | None = None,
     largest_window: int | None = None,
@@ -206,6 +207,8 @@ def build(
         Height of the floor along the up axis, in the capture's unit.
     descriptor
         What frames are compared by: cylindrical_edt, shape_histogram, or deformation_gradients (one connectivity only).
+    rank
+        For long captures: compare frames by so many numbers a frequency, within an error that is stated.
     window
         Half window k: transitions are 2k + 1 frames long, ends included. Of adaptive windows, the smallest.
     windows
@@ -250,6 +253,7 @@ def build(
     options = build_options(
         **capture_options(fps, unit, up, floor),
         descriptor=descriptor,
+        rank=rank,
         window=window,
         windows=windows,
         largest_window=largest_window,

@@ -9,6 +9,7 @@ from unstructured_mg.matching.options import MatchingOptions
         ("descriptor", "none"),
         ("resolution", 20),
         ("resolution", 8),
+        ("rank", 0),
         ("windows", "long"),
         ("largest_k", 12),
         ("colour_m", -0.1),

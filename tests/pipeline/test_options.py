@@ -9,6 +9,7 @@ from unstructured_mg.pipeline.options import NAMES, ROOMS, BuildOptions, build_o
 
 GIVEN = {
     "descriptor": "shape_histogram",
+    "rank": 32,
     "windows": "adaptive",
     "window": 4,
     "largest_window": 12,

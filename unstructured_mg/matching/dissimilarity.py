@@ -15,6 +15,7 @@ from unstructured_mg.matching.descriptors import DESCRIPTORS
 from unstructured_mg.matching.extent import actor_size, extent
 from unstructured_mg.matching.face_colours import has_colours
 from unstructured_mg.matching.fields import Fields
+from unstructured_mg.matching.low_rank import largest_error, learn_basis, project
 from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.matching.tasks import run
 from unstructured_mg.matching.velocity import root_velocities
@@ -23,6 +24,8 @@ from unstructured_mg.matching.window import spline_weights, triangle_weights, wi
 # Windows along a tile's side: the series of one length of windows take 75 MB at N = 64, its halo of 2 k frames costs a
 # tenth of the products. With several lengths tiles are half as wide.
 TILE = 384
+# Frames that tell a basis's error.
+HELD_OUT = 24
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,8 @@ class Dissimilarity:
     k : (n, n) int16, symmetric: frames either side of the centres of the windows compared; 0 where there are none
     size : metres: the actor's size, the median over frames of the larger of height and width
     unit : of the scores: "m", "rad", or "" for a pure number
+    rank_error : with a ``rank``, the largest error of a score between sample frames that the basis was not learnt from,
+        in that unit; None where scores are exact
     """
 
     scores: np.ndarray
@@ -46,13 +51,15 @@ class Dissimilarity:
     k: np.ndarray
     size: float
     unit: str
+    rank_error: float | None = None
 
 
 @dataclass(frozen=True)
 class Described:
     """All frames of a capture as one descriptor sees them; small and picklable, the bulk is in ``fields``.
 
-    ``own`` (n,): the frames' scores against themselves. ``roots`` (n, 2) metres; ``size`` metres.
+    ``own`` (n,): the frames' scores against themselves. ``roots`` (n, 2) metres; ``size`` metres. ``rank_error`` as in
+    Dissimilarity.
     """
 
     descriptor: str
@@ -61,6 +68,7 @@ class Described:
     own: np.ndarray
     roots: np.ndarray
     size: float
+    rank_error: float | None = None
 
 
 def compute_dissimilarity(
@@ -81,7 +89,8 @@ def compute_dissimilarity(
     always win. H takes each frame pair's own best yaw and a mean of distances in place of their squares. Longer
     windows than the smallest are not looked at where they would overlap.
 
-    About 2 MB a frame (N = 64) lie in ``scratch`` meanwhile. The result does not depend on the number of workers.
+    About 2 MB a frame (N = 64) lie in ``scratch`` meanwhile, or 1 kB for each number of a ``rank``. The result does not
+    depend on the number of workers.
     """
     n, descriptor = len(capture), DESCRIPTORS[options.descriptor]
     if not capture.window_centres(options.k).any():
@@ -130,10 +139,15 @@ def describe_frames(
         tell(block.stop, 2 * n)
     extent = np.concatenate(extents)
     layout = descriptor.fit(capture, extent, options.resolution or descriptor.resolution, options.colour_m)
-    fields = Fields(scratch, n, *descriptor.shape(layout))
+    rows, cells, dtype = descriptor.shape(layout)
     scratch.mkdir(parents=True, exist_ok=True)
+    basis, error = None, None
+    if options.rank is not None:
+        basis = scratch / "basis.npy"
+        cells, error = _learn(capture, options, layout, extent, basis, executor)
+    fields = Fields(scratch, n, rows, cells, dtype)
     own = []
-    work = [(capture, options.descriptor, layout, fields, b, extent[b.start : b.stop]) for b in blocks]
+    work = [(capture, options.descriptor, layout, fields, b, extent[b.start : b.stop], basis) for b in blocks]
     try:
         for block, part in zip(blocks, run(_describe, work, executor), strict=True):
             own.append(part)
@@ -141,7 +155,36 @@ def describe_frames(
     except BaseException:
         fields.remove()
         raise
-    return Described(options.descriptor, fields, layout, np.concatenate(own), extent[:, :2], actor_size(extent))
+    finally:
+        if basis is not None:
+            basis.unlink(missing_ok=True)
+    roots, size = extent[:, :2], actor_size(extent)
+    return Described(options.descriptor, fields, layout, np.concatenate(own), roots, size, error)
+
+
+def _learn(
+    capture: Capture,
+    options: MatchingOptions,
+    layout: Any,
+    extents: np.ndarray,
+    basis: Path,
+    executor: Executor | None,
+) -> tuple[int, float]:
+    """Write a basis learnt from frames spread over the capture; returns its rank, and its error on frames between."""
+    assert options.rank is not None
+    n = len(capture)
+    learnt = np.unique(np.linspace(0, n - 1, min(n, 2 * options.rank)).astype(int))
+    others = np.setdiff1d(np.arange(n), learnt)
+    held = others[np.unique(np.linspace(0, len(others) - 1, HELD_OUT).astype(int))] if len(others) else learnt
+    tasks = [(capture, options.descriptor, layout, int(i), extents[i]) for i in (*learnt, *held)]
+    described = np.stack(list(run(_describe_one, tasks, executor)))
+    vectors = learn_basis(described[: len(learnt)], options.rank)
+    np.save(basis, vectors)
+    return vectors.shape[2], largest_error(described[len(learnt) :], vectors)
+
+
+def _describe_one(capture: Capture, descriptor: str, layout: Any, index: int, extent: np.ndarray) -> np.ndarray:
+    return DESCRIPTORS[descriptor].describe(capture, index, extent, layout)[0]
 
 
 def _extents(capture: Capture, block: range) -> np.ndarray:
@@ -149,15 +192,23 @@ def _extents(capture: Capture, block: range) -> np.ndarray:
 
 
 def _describe(
-    capture: Capture, descriptor: str, layout: Any, fields: Fields, block: range, extents: np.ndarray
+    capture: Capture,
+    descriptor: str,
+    layout: Any,
+    fields: Fields,
+    block: range,
+    extents: np.ndarray,
+    basis: Path | None,
 ) -> np.ndarray:
     """Write what describes one block of frames; returns the frames' scores against themselves."""
+    vectors = None if basis is None else np.load(basis)
     own = np.zeros(len(block))
     stacked: np.ndarray = np.empty((fields.rows, len(block), fields.cells), fields.dtype)
     for position, index in enumerate(block):
-        stacked[:, position], own[position] = DESCRIPTORS[descriptor].describe(
-            capture, index, extents[position], layout
-        )
+        values, own[position] = DESCRIPTORS[descriptor].describe(capture, index, extents[position], layout)
+        if vectors is not None:
+            values, own[position] = project(values, vectors)
+        stacked[:, position] = values
     fields.write(block, stacked)
     return own
 
@@ -226,7 +277,8 @@ def compare_windows(
             matrix[rows][below] = sign * matrix[:, rows].T[below]
     alone = np.flatnonzero(lengths.centres[0])
     scores[alone, alone] = yaw[alone, alone] = 0
-    return Dissimilarity(scores, yaw, k, described.size, DESCRIPTORS[described.descriptor].unit)
+    unit = DESCRIPTORS[described.descriptor].unit
+    return Dissimilarity(scores, yaw, k, described.size, unit, described.rank_error)
 
 
 def _tile(

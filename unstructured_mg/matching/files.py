@@ -20,6 +20,7 @@ def write_matching(matching: Matching, folder: Path) -> None:
     content = {
         "size": dissimilarity.size,
         "unit": dissimilarity.unit,
+        "rank_error": dissimilarity.rank_error,
         "threshold": matching.threshold,
         "candidates": [asdict(candidate) for candidate in matching.candidates],
         "nearest": [asdict(candidate) for candidate in matching.nearest],
@@ -32,7 +33,8 @@ def read_matching(folder: Path) -> Matching:
     """Read back what ``write_matching`` wrote."""
     content = json.loads((folder / "matching.json").read_text())
     with np.load(folder / "dissimilarity.npz", allow_pickle=False) as arrays:
-        dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], arrays["k"], content["size"], content["unit"])
+        scores, yaw, k = (arrays[name] for name in ("scores", "yaw", "k"))
+    dissimilarity = Dissimilarity(scores, yaw, k, content["size"], content["unit"], content["rank_error"])
     keys = ("candidates", "nearest", "missing")
     candidates, nearest, missing = (tuple(Candidate(**entry) for entry in content[key]) for key in keys)
     return Matching(dissimilarity, candidates, nearest, missing, content["threshold"])

@@ -17,6 +17,8 @@ class MatchingOptions:
     resolution : N; 2 N yaws are compared, and the cylindrical grid has 2 N angles, N / 2 radii and N heights. A
         multiple of 8, at least 16; None is the descriptor's own. Where time or disk is short, 32 gave the scores of 64
         within 0.4 mm, and yaws within 0.2 degrees, at an eighth of the work. Deformation gradients have none
+    rank : for long captures: each frequency of a frame is described by so many numbers (see ``low_rank.py``); None is
+        all of them, exactly. Not for deformation gradients, which are short. Not in P.
     windows : "fixed" (P) or "adaptive" (H equations 4 and 5), see ``compute_dissimilarity``
     k : frames either side of a window's centre; a window has 2 k + 1 frames. Of adaptive windows, the smallest
     largest_k : of adaptive windows, the largest k; None is 2 k
@@ -41,6 +43,7 @@ class MatchingOptions:
 
     descriptor: str = "cylindrical_edt"
     resolution: int | None = None
+    rank: int | None = None
     windows: str = "fixed"
     k: int = 10
     largest_k: int | None = None
@@ -62,6 +65,11 @@ class MatchingOptions:
                 raise ValueError(f"resolution: expected none for {self.descriptor}, got {self.resolution}")
             if self.resolution < 16 or self.resolution % 8:
                 raise ValueError(f"resolution: expected a multiple of 8, at least 16, got {self.resolution}")
+        if self.rank is not None:
+            if descriptor.resolution is None:
+                raise ValueError(f"rank: expected none for {self.descriptor}, got {self.rank}")
+            if self.rank < 1:
+                raise ValueError(f"rank: expected at least 1, got {self.rank}")
         if self.windows not in WINDOWS:
             raise ValueError(f"windows: expected one of {', '.join(WINDOWS)}, got {self.windows!r}")
         if self.k < 1:

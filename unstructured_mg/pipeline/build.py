@@ -34,7 +34,7 @@ from unstructured_mg.pipeline.store import Store, user_errors
 from unstructured_mg.pipeline.timings import Timings
 from unstructured_mg.synthesis.files import read_card, read_floor_centres
 
-VERSIONS = {"reading": 1, "matching": 3, "outcomes": 2, "graph": 2}
+VERSIONS = {"reading": 1, "matching": 4, "outcomes": 2, "graph": 2}
 
 
 def build(

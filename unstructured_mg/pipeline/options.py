@@ -39,6 +39,7 @@ class BuildOptions:
 # What the command line calls an option, and where it lives.
 NAMES = {
     "descriptor": ("matching", "descriptor"),
+    "rank": ("matching", "rank"),
     "windows": ("matching", "windows"),
     "window": ("matching", "k"),
     "largest_window": ("matching", "largest_k"),

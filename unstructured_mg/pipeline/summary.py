@@ -64,6 +64,11 @@ def print_summary(work: Work, console: Console) -> None:
                 file = file.relative_to(work.capture.folder)
             faults.add_row(*(escape(text) for text in (file.as_posix(), fault.fault, fault.remedy)))
         console.print(faults)
+    error, unit = work.matching.dissimilarity.rank_error, work.matching.dissimilarity.unit
+    if error is not None:
+        console.print(
+            f"Scores are approximate: off by {apart(error, unit)} at most on frames that were compared exactly."
+        )
     if short := _short_runs(work):
         console.print(short, markup=False)
     counts = Table(title="Frames and transitions", title_justify="left")
