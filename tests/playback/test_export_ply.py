@@ -26,7 +26,7 @@ def test_trimesh_and_our_reader_read_what_was_written(tmp_path):
     raw = read_ply(tmp_path / name, tmp_path)
     np.testing.assert_allclose(raw.vertices[raw.faces], place, atol=1e-6)
     np.testing.assert_allclose(raw.uv[raw.face_uv], UV[FACE_UV], atol=1e-7)
-    assert (name, raw.images) == ("frame_00007.ply", (tmp_path / "frame_00007.jpg",))
+    assert (name, raw.files[-1]) == ("frame_00007.ply", tmp_path / "frame_00007.jpg")
 
 
 def test_colours_are_kept(tmp_path):
