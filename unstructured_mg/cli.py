@@ -50,7 +50,7 @@ class Export:
     force
         Replace an earlier export in the output folder.
     format
-        What to write: obj (OBJ + MTL + image files) or glb (one file with an animation).
+        What to write: obj (OBJ + MTL + image files), ply, unity (for Geometry Sequence Player), glb, usd or mp4.
     fps
         Frames a second; the capture's own unless given. The motion keeps its speed.
     first_number
@@ -67,6 +67,10 @@ class Export:
         At most so many faces a frame, as far as the texture's seams allow.
     texture_size
         At most so many pixels along a texture's longer side.
+    camera
+        Of mp4: fixed (sees the whole walk) or orbit (goes around the figure).
+    picture_height
+        Of mp4, in pixels.
     workers
         Worker processes; as many as there are cores unless given.
     """
@@ -82,6 +86,8 @@ class Export:
     unit: str | None = None
     decimate: int | None = None
     texture_size: int | None = None
+    camera: str = "fixed"
+    picture_height: int = 720
     workers: Workers = None
 
     def options(self) -> "ExportOptions":
@@ -99,6 +105,8 @@ class Export:
             hold=self.hold,
             decimate=self.decimate,
             texture_size=self.texture_size,
+            camera=self.camera,
+            picture_height=self.picture_height,
         )
         find_format(options)
         return options

@@ -7,6 +7,7 @@ import tempfile
 from functools import lru_cache
 from pathlib import Path
 
+from unstructured_mg.capture.ffmpeg import find_ffmpeg
 from unstructured_mg.capture.frame_error import FrameError
 from unstructured_mg.capture.stretch import file_stamp, whole_digest
 
@@ -82,15 +83,7 @@ def _unpacked(path: Path, stamp: tuple[int, int]) -> Path:
 
 
 def _ffmpeg(path: Path) -> str:
-    """The system's ffmpeg, else the one that the ``video`` extra brings."""
-    program = shutil.which("ffmpeg")
-    if program:
-        return program
-    try:
-        from imageio_ffmpeg import get_ffmpeg_exe
-
-        return str(get_ffmpeg_exe())
-    except (ImportError, RuntimeError):
-        raise FrameError(
-            path, "reading a video needs ffmpeg", "install it, or: pip install 'unstructured_mg[video]'"
-        ) from None
+    program = find_ffmpeg()
+    if program is None:
+        raise FrameError(path, "reading a video needs ffmpeg", "install it, or: pip install 'unstructured_mg[video]'")
+    return program

@@ -1,9 +1,10 @@
 """A walk, a path or a plain capture as files of another program's format."""
 
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, wait
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.playback.decimated import decimated_frames, decimated_transitions
 from unstructured_mg.playback.export_format import ExportFrame, Format, Target
 from unstructured_mg.playback.export_glb import GLB
+from unstructured_mg.playback.export_mp4 import MP4
 from unstructured_mg.playback.export_obj import OBJ
 from unstructured_mg.playback.export_options import ExportOptions
 from unstructured_mg.playback.export_ply import PLY, UNITY
@@ -25,7 +27,7 @@ from unstructured_mg.playback.walk_json import walk_text, walk_to_json
 from unstructured_mg.playback.whole_folder import whole_folder
 from unstructured_mg.playback.world import ExportSpace, export_space
 
-FORMATS = {each.name: each for each in (OBJ, PLY, UNITY, GLB, USD)}
+FORMATS = {each.name: each for each in (OBJ, PLY, UNITY, GLB, USD, MP4)}
 WAITING = 16  # frames that may be on their way to the workers: enough to keep them busy, few enough to hold in memory
 
 
@@ -37,7 +39,9 @@ def find_format(options: ExportOptions) -> Format:
     unused = dict(found.unused)
     if found.space is not None:
         up, unit = found.space
-        unused |= dict.fromkeys(("up", "unit"), f"it is always {up} up, {unit:g} m a unit")
+        unused = dict.fromkeys(("up", "unit"), f"it is always {up} up, {unit:g} m a unit") | unused
+    if not found.pictures:
+        unused |= dict.fromkeys(("camera", "picture_height"), "it is no video")
     for name in options.given():
         if name in unused:
             word = name.replace("_", "-")
@@ -88,11 +92,18 @@ def export_walk(
     shown = replace(walk, frames=tuple(walk.frames[i] for i in shown_frames(len(walk), capture.fps, options)))
     every = "|".join(["walk\\.json", *(each.files for each in FORMATS.values())])
     with whole_folder(out, every, force) as folder:
-        target = Target(folder, len(shown), fps, options.first_number, space)
+        target = Target(folder, len(shown), fps, options.first_number, space, options)
         frames = _frames(_posed(shown, capture, load_transition, options.decimate), space)
-        prepared = _prepare_all(found, frames, target, options, executor, progress)
+        if found.measure is not None and found.plan is not None:
+            distinct = {frame.content: frame for frame in reversed(shown.frames)}
+            looked_at = _frames(posed_frames(distinct.values(), capture, load_transition), space)
+            measured = dict(zip(distinct, _in_order(found.measure, looked_at, executor), strict=True))
+            worlds = [space.world(frame.world) for frame in shown.frames]
+            views = found.plan([measured[frame.content] for frame in shown.frames], worlds, target)
+            frames = (replace(frame, view=view) for frame, view in zip(frames, views, strict=True))
+        prepared = _in_order(partial(_prepare, found, target), frames, executor)
         try:
-            files = found.collect(prepared, target)
+            files = found.collect(_told(prepared, len(shown), progress), target)
         finally:
             prepared.close()
         text = walk_text(walk_to_json(shown, capture, space, files, inputs, fps, options.given()))
@@ -125,46 +136,38 @@ def _frames(frames: Iterator[PosedFrame], space: ExportSpace) -> Iterator[Export
         )
 
 
-def _prepare(found: Format, frame: ExportFrame, target: Target, texture_size: int | None) -> Any:
+def _prepare(found: Format, target: Target, frame: ExportFrame) -> Any:
     """Runs in workers."""
-    if texture_size is not None:
-        textures = tuple(smaller_texture(texture, texture_size) for texture in frame.textures)
+    if target.options.texture_size is not None:
+        textures = tuple(smaller_texture(texture, target.options.texture_size) for texture in frame.textures)
         frame = replace(frame, textures=textures)
     return found.prepare(frame, target)
 
 
-def _prepare_all(
-    found: Format,
-    frames: Iterator[ExportFrame],
-    target: Target,
-    options: ExportOptions,
-    executor: Executor | None,
-    progress: Progress | None,
+def _in_order(
+    work: Callable[[ExportFrame], Any], frames: Iterable[ExportFrame], executor: Executor | None
 ) -> Generator[Any]:
-    """What the format makes of each frame, in order, made by the executor's workers where there are any."""
+    """What ``work`` makes of each frame, in order, made by the executor's workers where there are any."""
     waiting: deque[Future[Any]] = deque()
-    done = 0
-
-    def tell() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, target.count)
-
     try:
         for frame in frames:
             if executor is None:
-                yield _prepare(found, frame, target, options.texture_size)
-                tell()
+                yield work(frame)
                 continue
-            waiting.append(executor.submit(_prepare, found, frame, target, options.texture_size))
+            waiting.append(executor.submit(work, frame))
             if len(waiting) > WAITING:
                 yield waiting.popleft().result()
-                tell()
         while waiting:
             yield waiting.popleft().result()
-            tell()
     finally:  # a worker that still writes would put files back into a folder that is being removed
         for future in waiting:
             future.cancel()
         wait(waiting)
+
+
+def _told(items: Iterable[Any], count: int, progress: Progress | None) -> Iterator[Any]:
+    """The same items; each is done when the next one is asked for."""
+    for done, item in enumerate(items, start=1):
+        yield item
+        if progress is not None:
+            progress(done, count)

@@ -6,6 +6,8 @@ from typing import Any
 
 from unstructured_mg.capture.placement import UP_AXES
 
+CAMERAS = ("fixed", "orbit")
+
 
 @dataclass(frozen=True)
 class ExportOptions:
@@ -23,6 +25,8 @@ class ExportOptions:
     unit : metres a unit of the export; the capture's own where None
     decimate : most faces a frame, as far as the texture's seams allow, or None: as captured
     texture_size : most pixels along the longer side of a texture, or None: the original files, byte for byte
+    camera : of a video: "fixed" sees the whole walk, "orbit" follows the figure and goes around it
+    picture_height : of a video, pixels
     """
 
     format: str = "obj"
@@ -34,6 +38,8 @@ class ExportOptions:
     unit: float | None = None
     decimate: int | None = None
     texture_size: int | None = None
+    camera: str = "fixed"
+    picture_height: int = 720
 
     def __post_init__(self) -> None:
         if self.fps is not None and not (isfinite(self.fps) and 0 < self.fps <= 1000):
@@ -50,6 +56,11 @@ class ExportOptions:
             raise ValueError(f"decimate: expected 4 faces or more, got {self.decimate!r}")
         if self.texture_size is not None and self.texture_size < 1:
             raise ValueError(f"texture_size: expected 1 pixel or more, got {self.texture_size!r}")
+
+        if self.camera not in CAMERAS:
+            raise ValueError(f"camera: expected one of {', '.join(CAMERAS)}, got {self.camera!r}")
+        if not 16 <= self.picture_height <= 4320:
+            raise ValueError(f"picture_height: expected 16 to 4320 pixels, got {self.picture_height!r}")
 
     def given(self) -> dict[str, Any]:
         """The options that differ from their defaults, JSON-ready."""
