@@ -176,7 +176,9 @@ def main() -> None:
             ours, wall, size = speed(capture, each, few, many, folder)
             add(f"{each}, two cores", ours, "frames/s", REACH.get(each, OTHERS))
             add(f"{each}, by the clock", wall, "frames/s")
-            add(f"{each}", size / 1e3, "kB a frame")
+            add(f"{each}", size / 1e3, f"kB a frame, each of {distinct} frames shown {many // distinct} times")
+            if each in ("glb", "usd"):
+                add(f"{each}", size * many / distinct / 1e3, "kB a distinct frame")
             if each in PEERS:
                 peer, peer_size = peer_speed(capture, each, 2 if arguments.quick else 10, folder / f"peer-{each}")
                 add(f"{each}, trimesh, one core", peer, "frames/s")
