@@ -8,22 +8,41 @@ import numpy as np
 
 from unstructured_mg import _native
 
-# Texels around each over which energies are compared; and the factor above which it would be invention.
+# Texels around each over which energies are compared.
 RADIUS = 8
-MOST = 2.0
+# Share of the ends' energy that is given back. On captured windows it brings the middle to 0.93 of its ends' sharpness.
+LEVEL = 0.95
+# Detail is amplified in proportion to its own strength, up to this many times the local one: edges that averaging has
+# softened regain most, grain least. Of two captures' left-out frames that costs half the colour error of raising all
+# detail alike.
+EDGE = 3.0
+# Factor of amplification above which it would be invention.
+MOST = 4.0
 
 
-def detail_energy(image: np.ndarray) -> np.ndarray:
-    """Local gradient energy ``(h, w) float32`` of an image (h, w, 3): squared differences of neighbours, averaged."""
+def detail_energy(image: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Local gradient energy ``(h, w) float32`` of an image (h, w, 3): squared differences of neighbours, averaged.
+
+    Only neighbours that are both ``inside`` (h, w) bool count: the step from chart to chart is no detail.
+    """
     image = np.ascontiguousarray(image, np.float32)
     energy = np.empty(image.shape[:2], np.float32)
-    _native.detail_energy(image, *energy.shape, RADIUS, energy)
+    _native.detail_energy(image, _bytes(inside), *energy.shape, RADIUS, energy)
     return energy
 
 
-def restore_detail(image: np.ndarray, first: np.ndarray, second: np.ndarray, share: float) -> None:
-    """Raise fine detail, in place, to the local energy ``(1 - share) first + share second``; never lower it.
+def restore_detail(image: np.ndarray, inside: np.ndarray, first: np.ndarray, second: np.ndarray, share: float) -> None:
+    """Raise fine detail, in place, to LEVEL of the local energy ``(1 - share) first + share second``; never lower it.
 
-    image (h, w, 3) uint8, contiguous; first, second (h, w) float32, from ``detail_energy`` of both ends.
+    Around each texel g e is added to the image, e the detail (what a binomial filter of three texels takes away) times
+    min(|e| / local rms, EDGE), g >= 0 such that the energy of the sum is the wanted one, MOST at most.
+
+    image (h, w, 3) uint8, contiguous; inside (h, w) bool; first, second (h, w) float32, from ``detail_energy`` of both
+    ends.
     """
-    _native.restore_detail(image, *image.shape[:2], RADIUS, first, second, share, MOST)
+    height, width = image.shape[:2]
+    _native.restore_detail(image, _bytes(inside), height, width, RADIUS, first, second, share, LEVEL, EDGE, MOST)
+
+
+def _bytes(mask: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(mask, np.uint8)

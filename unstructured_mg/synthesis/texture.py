@@ -168,7 +168,7 @@ def _blend_images(
         flat[texels.index, :3], flat[texels.index, 3] = colors.clip(0, 255), 1
         _native.fill_unknown(image, atlas.height, atlas.width)
         shown.append(encode_jpeg((image[:, :, :3] + 0.5).astype(np.uint8), options.quality))
-        energies.append(detail_energy(image[:, :, :3]))
+        energies.append(detail_energy(image[:, :, :3], inside))
         sharp_ends += gradient_energy(image[:, :, :3], inside) / 2
         end = spline_through(image)
         ends.append(end)
@@ -179,7 +179,7 @@ def _blend_images(
     blended = advect_images(surface, texels, flow.corners, ends[0], ends[1], steps)
     if options.method == "flow":
         for i, image in enumerate(blended, start=1):
-            restore_detail(image, energies[0], energies[1], i / (steps + 1))
+            restore_detail(image, inside, energies[0], energies[1], i / (steps + 1))
     middle = blended[steps // 2] if steps % 2 else blended[steps // 2 - 1 : steps // 2 + 1].mean(axis=0)
     measures["sharpness"] = gradient_energy(middle, inside) / sharp_ends if sharp_ends > 0 else 1.0
     textures = tuple(encode_jpeg(image, options.quality) for image in blended)
