@@ -26,7 +26,7 @@ def assert_one_sentence(result, *words):
 
 def test_help_lists_every_command():
     shown = umg("--help").stdout
-    for command in ("inspect", "build", "walk", "path", "convert", "report", "web", "demo"):
+    for command in ("inspect", "build", "walk", "path", "convert", "report", "web", "view", "demo"):
         assert command in shown
 
 

@@ -537,6 +537,30 @@ def web(
 
 
 @app.command
+def view(
+    work: Path,
+    /,
+    *,
+    seed: Annotated[int, Parameter(validator=validators.Number(gte=0, lt=2**32))] = 1,
+) -> None:
+    """Play the motion graph in a window: an endless walk that keys and clicks direct.
+
+    Parameters
+    ----------
+    work
+        The work folder of a finished build.
+    seed
+        Of the walk that it begins with.
+    """
+    from unstructured_mg.pipeline.work import open_work
+    from unstructured_mg.playback.viewer import Viewer, require_display
+
+    opened = open_work(work)
+    require_display()
+    Viewer(opened.graph, opened.capture, opened.load_transition, seed).run()
+
+
+@app.command
 def demo(folder: Path, /, *, workers: Workers = None) -> None:
     """Build the package's own capture, walk through it, report, and write the web page, all in one folder.
 

@@ -131,25 +131,22 @@ def endless_walk(graph: MotionGraph, seed: int, start: int) -> Iterator[WalkFram
     At each node with several out-edges one number is drawn and compared with the integer thresholds, so that the walk
     is the same in every player (docs/files.md).
     """
+    yield WalkFrame("capture", start, None, None, PlanarRigid())
+    yield from _play(graph, endless_segments(graph, seed, start), PlanarRigid())
+
+
+def endless_segments(graph: MotionGraph, seed: int, start: int) -> Iterator[Segment]:
+    """What a random walk plays after captured frame ``start``, for as long as there is a way on."""
     generator, ways = RandomGenerator(seed), graph.out_edges()
-    world = PlanarRigid()
-    yield WalkFrame("capture", start, None, None, world)
     node, inside, place = locate_frame(graph, start)
     if inside is not None:
         edge = graph.edges[inside]
-        segments = cut_segments(edge.segments, place + 1, len(edge))
-    else:
-        edge, segments = None, ()
-    while True:
-        for frame in _play(graph, segments, world):
-            yield frame
-            world = frame.world
-        if edge is not None:
-            node = edge.target
-        if not ways[node]:
-            return
+        yield from cut_segments(edge.segments, place + 1, len(edge))
+        node = edge.target
+    while ways[node]:
         edge = graph.edges[_choose(graph, ways[node], generator)]
-        segments = edge.segments
+        yield from edge.segments
+        node = edge.target
 
 
 def _choose(graph: MotionGraph, ways: list[int], generator: RandomGenerator) -> int:

@@ -2,6 +2,8 @@
 "use strict";
 (function (umg) {
   const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2], CONTEXT = 15, SCRUBBED = 1800, MESSAGES = 6, TOLD = 0.1;
+  // Seconds over which pictures are counted; how coarse they may get.
+  const PACE = 1, COARSEST = 0.5;
   const MOST_SEED = 4294967295;
   const at = (id) => document.getElementById(id);
 
@@ -153,6 +155,7 @@
       const shown = this.player.tick();
       if (shown !== null && !this.isDrawn(shown)) this.draw(shown);
       else if (this.last && (this.camera.moved || this.picture.resized())) this.redraw();
+      this.keepPace();
       this.tell();
     }
 
@@ -160,6 +163,20 @@
       const { last } = this;
       return last !== undefined && last.index === index && last.decoded === decoded && last.item.step === item.step
         && last.reel === this.player.reel;
+    }
+
+    // Without a graphics card large pictures take too long: where fewer are drawn than should be, they get coarser.
+    keepPace() {
+      const now = this.player.clock(), { playing, speed, stalled } = this.player;
+      const pace = { at: now, pictures: this.pictures, steady: playing && stalled === 0 && speed <= 1 };
+      this.pace ??= pace;
+      if (!pace.steady) this.pace = pace;
+      const passed = now - this.pace.at;
+      if (passed < PACE) return;
+      const due = passed * this.fps * speed, drawn = this.pictures - this.pace.pictures;
+      if (passed < 2 * PACE && drawn < 0.9 * due && this.picture.fineness > COARSEST)
+        this.picture.fineness = Math.max(this.picture.fineness * 0.75, COARSEST);
+      this.pace = pace;
     }
 
     // Show the frame at an index of the reel as soon as it is read; what was drawn, or null where it is unusable.

@@ -88,6 +88,8 @@
   umg.Picture = class {
     constructor(canvas) {
       this.canvas = canvas;
+      // Drawn pixels a pixel of the page, each way; less where drawing them all would take too long.
+      this.fineness = 1;
       const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, stencil: true, powerPreference: "high-performance" });
       if (gl === null) throw new Error("WebGL 2 is missing");
       this.gl = gl;
@@ -115,7 +117,7 @@
 
     // Pixels that the canvas should have.
     size() {
-      const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
+      const ratio = Math.min(globalThis.devicePixelRatio || 1, 2) * this.fineness;
       return [this.canvas.clientWidth, this.canvas.clientHeight].map((side) => Math.max(Math.round(side * ratio), 1));
     }
 
