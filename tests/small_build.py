@@ -11,7 +11,7 @@ from unstructured_mg.pipeline.options import BuildOptions
 from unstructured_mg.pipeline.progress import StageProgress
 
 # As strict a threshold as leaves a pair or two: what is tried costs time.
-OPTIONS = BuildOptions(matching=MatchingOptions(k=3, resolution=32, threshold=0.025, loops=False), max_pairs=1)
+OPTIONS = BuildOptions(matching=MatchingOptions(k=3, resolution=32, threshold=0.025), max_pairs=1)
 
 
 @dataclass(frozen=True)
