@@ -89,12 +89,37 @@ def test_a_target_out_of_reach_is_refused_with_the_distance(capture):
     assert f"{100 * refusal.measures['hausdorff_m']:.1f} cm" in refusal.reason
 
 
+class SmallAndGrown:
+    """A capture of a hand's size whose target window has a body larger by six tenths: near enough, and not the same."""
+
+    def __init__(self, capture):
+        self.capture = capture
+
+    def read(self, index):
+        mesh = self.capture.read(index)
+        return TexturedMesh(mesh.vertices * (0.08 if index >= 10 else 0.05), mesh.faces)
+
+
+def test_a_target_reached_by_stretching_is_refused_though_it_is_near(capture):
+    grown = SmallAndGrown(capture)
+    refusal = track_pair(grown, CANDIDATE, 4, build_cage(grown.read(4), OPTIONS), OPTIONS)
+    assert isinstance(refusal, Refusal) and refusal.stage == "tracking"
+    assert "stretched" in refusal.reason and "frame 14" in refusal.reason
+    assert refusal.measures["stretch_p95"] > OPTIONS.stretch
+
+
 def test_a_template_outside_the_pair_is_an_error(capture):
     with pytest.raises(ValueError, match="template"):
         track_pair(capture, CANDIDATE, 9, build_cage(capture.read(9), OPTIONS), OPTIONS)
 
 
 def test_options_out_of_range_name_themselves():
-    for field, value in (("cage", "none"), ("hausdorff_m", 0.0), ("debris_share", 1.0), ("cage_vertices", 3)):
+    for field, value in (
+        ("cage", "none"),
+        ("hausdorff_m", 0.0),
+        ("stretch", 1.0),
+        ("debris_share", 1.0),
+        ("cage_vertices", 3),
+    ):
         with pytest.raises(ValueError, match=field):
             replace(OPTIONS, **{field: value})

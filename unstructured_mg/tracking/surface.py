@@ -30,8 +30,10 @@ def clean_surface(vertices: np.ndarray, faces: np.ndarray, debris_share: float =
 
     ValueError where ``vertices`` is not (n, 3) finite, ``faces`` not (m, 3) in range, or no area is left.
     """
-    vertices = np.asarray(vertices, dtype=np.float64)
-    faces = np.asarray(faces)
+    vertices, faces = np.asarray(vertices), np.asarray(faces)
+    if vertices.dtype.kind not in "fiu":
+        raise ValueError(f"vertices: expected real numbers, got {vertices.dtype}")
+    vertices = vertices.astype(np.float64)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
         raise ValueError(f"vertices: expected finite (n, 3), got shape {vertices.shape} or NaN or infinity")
     if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer) or len(faces) == 0:

@@ -20,6 +20,7 @@ from unstructured_mg.tracking.options import TrackingOptions
 from unstructured_mg.tracking.pair import TrackedPair
 from unstructured_mg.tracking.refine import Refiner
 from unstructured_mg.tracking.register import Registrar, far_stages
+from unstructured_mg.tracking.stretch import Stretch
 from unstructured_mg.tracking.surface import clean_surface
 from unstructured_mg.tracking.target import Target
 from unstructured_mg.tracking.template import window_frames
@@ -151,12 +152,18 @@ def track_pair(
             start = states[before].cage
             if (before, frame) == (home, away):
                 yaw = -candidate.yaw if home == source else candidate.yaw
-                move = _placing(states[before].vertices, tracker.registrar.areas, goal, yaw)
+                move = placing(states[before].vertices, tracker.registrar.areas, goal, yaw)
                 states[frame] = tracker.follow(move.apply(start), goal)
             else:
                 states[frame] = tracker.follow(start, goal)
-            if states[frame].distance.largest > options.hausdorff_m:
-                return _refusal(f"the template at frame {frame}", states[frame].distance, options)
+            what = f"the template at frame {frame}"
+            refusal = missed(what, states[frame].distance, options)
+            if refusal is None and (before, frame) == (home, away):
+                # The frames are alike: what is stretched between them was taken for something else.
+                change = Stretch(states[before].vertices, tracker.registrar.faces)
+                refusal = overstretched(what, change.p95(states[frame].vertices), options)
+            if refusal is not None:
+                return refusal
     ordered = [states[int(frame)] for frame in frames]
     measures = {
         "hausdorff_m": np.array([state.distance.largest for state in ordered]),
@@ -206,7 +213,7 @@ def _outwards(first: int, centre: int, k: int) -> list[tuple[int, int]]:
     return up + down
 
 
-def _placing(vertices: np.ndarray, areas: np.ndarray, goal: Target, yaw: float) -> PlanarRigid:
+def placing(vertices: np.ndarray, areas: np.ndarray, goal: Target, yaw: float) -> PlanarRigid:
     """Turn by ``yaw`` about the vertical and move along the floor to the goal's centre of area."""
     own = np.einsum("n,nx->x", areas, PlanarRigid(yaw=yaw).apply(vertices)) / areas.sum()
     theirs = np.einsum("n,nx->x", goal.areas, goal.vertices) / goal.areas.sum()
@@ -221,19 +228,32 @@ def _trial(
     cage = build_lattice(surface, _TRIAL_CAGE_VERTICES)
     registrar = Registrar(surface, cage)
     goal = registrar.target(clean_surface(target.vertices, target.faces, options.debris_share))
-    start = _placing(surface.vertices, registrar.areas, goal, -candidate.yaw).apply(cage.vertices)
+    start = placing(surface.vertices, registrar.areas, goal, -candidate.yaw).apply(cage.vertices)
     stages = [stage for stage in far_stages(_TRIAL_RIGIDITY) if stage.rigidity >= _TRIAL_RIGIDITY]
     reached = registrar.surface_at(registrar.register(goal, start, stages))
     distance = surface_distance(reached, registrar.faces, registrar.areas, goal)
-    if distance.largest > options.hausdorff_m:
-        return _refusal(f"frame {candidate.source} moved to frame {candidate.target}", distance, options)
-    return None
+    return missed(f"frame {candidate.source} moved to frame {candidate.target}", distance, options)
 
 
-def _refusal(what: str, distance: SurfaceDistance, options: TrackingOptions) -> Refusal:
-    missed, limit = 100 * distance.largest, 100 * options.hausdorff_m
+def overstretched(what: str, stretch: float, options: TrackingOptions) -> Refusal | None:
+    """A refusal where a ``stretch`` (see ``stretch``) between like surfaces is above the limit."""
+    if stretch <= options.stretch:
+        return None
     return Refusal(
         "tracking",
-        f"{what} misses the captured surface by {missed:.1f} cm, more than {limit:g} cm",
+        f"{what} is stretched or squeezed {stretch:.2f} times on a twentieth of its area, above {options.stretch:g} "
+        "times: parts were taken for one another",
+        {"stretch_p95": stretch},
+    )
+
+
+def missed(what: str, distance: SurfaceDistance, options: TrackingOptions) -> Refusal | None:
+    """A refusal where the two-sided ``distance`` is above the limit."""
+    if distance.largest <= options.hausdorff_m:
+        return None
+    largest, limit = 100 * distance.largest, 100 * options.hausdorff_m
+    return Refusal(
+        "tracking",
+        f"{what} misses the captured surface by {largest:.1f} cm, more than {limit:g} cm",
         {"hausdorff_m": distance.largest, "mean_distance_m": distance.mean, "p95_distance_m": distance.p95},
     )
