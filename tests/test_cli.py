@@ -68,6 +68,12 @@ def test_what_is_no_work_folder_is_said_so(tmp_path):
         (["build", "capture", "-o", "work", "--unit", "furlong"], ["--unit", "furlong", "inch"]),
         (["walk", "work", "--frames", "0", "-o", "out"], ["--frames", "umg walk --help"]),
         (["walk", "work", "--frames", "9", "-o", "out", "--fast"], ["--fast", "umg walk --help"]),
+        (
+            ["walk", "work", "--frames", "9", "-o", "out", "--format", "abc"],
+            ["--format abc", "obj, ply, unity, glb, usd"],
+        ),
+        (["walk", "work", "--frames", "9", "-o", "out", "--format", "glb", "--up", "z"], ["--up", "glb", "y up"]),
+        (["walk", "work", "--frames", "9", "-o", "out", "--texture-size", "0"], ["--texture-size", "got 0"]),
         (["web", "work"], ["-o SITE", "--serve"]),
         (["web", "work", "--serve"], ["is not a page's folder", "umg web"]),
         (["web", "work", "-o", "out", "--port", "8000"], ["--port", "--serve"]),

@@ -4,9 +4,13 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from export_frames import picture
 from moving_toy import FACE_UV, FACES, UV, load_transition, moving_capture, moving_links, placed
+from PIL import Image
+from toy_capture import toy_capture
 
-from unstructured_mg.capture.mesh import Texture
+from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.capture.texture import Texture
 from unstructured_mg.errors import UserError
 from unstructured_mg.graph.motion_graph import build_graph
 from unstructured_mg.playback import export_obj as obj
@@ -169,3 +173,32 @@ def test_an_export_in_another_axis_and_unit_says_so(tmp_path):
     assert (data["up"], data["unit"], data["floor"]) == ("z", 0.001, pytest.approx(30.0))
     vertices = read_obj(out / "frame_00001.obj")[0]
     np.testing.assert_allclose(vertices, placed(50) * 1000 + [0, 0, 30], atol=1e-4)
+
+
+def test_fewer_faces_and_smaller_pictures_in_every_frame(tmp_path):
+    side = 8
+    y, x = np.mgrid[: side + 1, : side + 1].reshape(2, -1) / side
+    at = np.arange(side * (side + 1)).reshape(side, side + 1)[:, :side].ravel()
+    faces = np.concatenate([np.stack([at, at + 1, at + side + 2], 1), np.stack([at, at + side + 2, at + side + 1], 1)])
+    (tmp_path / "a.png").write_bytes(picture((9, 8, 7), size=(60, 30)).data)
+
+    def mesh(index):
+        vertices = np.stack([x, y, 0.1 * np.sin(6 * x + index)], 1)
+        textures = (Texture(tmp_path / "a.png"),)
+        return TexturedMesh(
+            vertices, faces.astype(np.int32), np.stack([x, y], 1), faces.astype(np.int32), None, textures
+        )
+
+    capture = toy_capture(3, mesh_of=mesh)
+    options = ExportOptions(decimate=40, texture_size=20)
+    export_walk(capture_walk(capture), capture, None, tmp_path / "out", options)
+    connectivities = set()
+    for index in range(3):
+        vertices, uv, corners, _ = read_obj(tmp_path / "out" / f"frame_{index + 1:05d}.obj")
+        assert 20 < len(corners) <= 40
+        np.testing.assert_allclose(vertices[:, 2], 0.1 * np.sin(6 * vertices[:, 0] + index), atol=1e-6)
+        connectivities.add(corners.tobytes())
+        with Image.open(tmp_path / "out" / f"frame_{index + 1:05d}.png") as image:
+            assert image.size == (10, 20)
+    assert len(connectivities) == 1
+    assert json.loads((tmp_path / "out" / "walk.json").read_text())["options"] == {"decimate": 40, "texture_size": 20}
