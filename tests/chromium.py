@@ -107,7 +107,7 @@ class Tab:
 
     def resident_bytes(self) -> int:
         """Memory of the whole browser, all its processes together, pages that they share counted once."""
-        return sum(_proportional(process) for process in _family(self.process))
+        return sum(_proportional(process) for process in family(self.process))
 
 
 @contextlib.contextmanager
@@ -143,12 +143,13 @@ def _wait_for_port(file: Path, process: "subprocess.Popen[bytes]") -> int:
     raise TimeoutError("Chromium does not listen")
 
 
-def _family(process: int) -> list[int]:
+def family(process: int) -> list[int]:
+    """A process and all that it started, and those."""
     children = []
     for task in Path(f"/proc/{process}/task").iterdir():
         with contextlib.suppress(OSError):
             children += [int(child) for child in (task / "children").read_text().split()]
-    return [process, *(each for child in children for each in _family(child))]
+    return [process, *(each for child in children for each in family(child))]
 
 
 def _proportional(process: int) -> int:

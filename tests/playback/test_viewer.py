@@ -26,7 +26,7 @@ def toy(tmp_path_factory):
 @pytest.fixture
 def viewer(toy):
     made = Viewer(*toy, signal_transition, seed=1, off_screen=True, size=SIZE)
-    made.plotter.show(auto_close=False, interactive=False)
+    made.open()
     yield made
     made.close()
 

@@ -26,6 +26,8 @@ GROUND, LEFT, RIGHT, HIGH, NEAR = 0.11, 0.03, 0.97, 0.075, 0.012
 SCRUB = 0.025
 # Seconds in which the camera makes up for two thirds of the figure's lead; metres at which it jumps after it.
 LAG, JUMP = 0.35, 1.5
+# OpenGL's names for drawing without a graphics card, where smooth edges cost five times the rest of a picture.
+IN_SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "swrast")
 INK = (0.11, 0.14, 0.19)
 
 
@@ -62,6 +64,13 @@ class Viewer:
         self._azimuth = facing(first.vertices.astype(np.float64), first.faces.astype(np.int32))
         self.tick(0.0, wait=True)
         self.look_home()
+
+    def open(self) -> None:
+        """Draw for the first time, into the window or off screen."""
+        self.plotter.show(interactive=False, auto_close=False)
+        # What draws is known only now.
+        if any(name in self.plotter.render_window.ReportCapabilities().lower() for name in IN_SOFTWARE):
+            self.plotter.disable_anti_aliasing()
 
     def tick(self, seconds: float, wait: bool = False) -> None:
         """Let time pass and draw what is shown then; a frame that is not read yet leaves the last one standing."""
@@ -132,7 +141,7 @@ class Viewer:
 
         interactor = self.plotter.iren.interactor
         interactor.AddObserver("TimerEvent", on_timer)
-        self.plotter.show(interactive=False, auto_close=False)
+        self.open()
         interactor.CreateRepeatingTimer(10)
         interactor.Start()
         self.close()
