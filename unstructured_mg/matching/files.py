@@ -3,12 +3,20 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from unstructured_mg.geometry.array_file import Expected, as_written, read_arrays, read_json
 from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.matching.dissimilarity import Dissimilarity
 from unstructured_mg.matching.match import Matching
+
+_ARRAYS: dict[str, Expected] = {
+    "scores": ("float32", ("n", "n"), None),
+    "yaw": ("float32", ("n", "n"), None),
+    "k": ("int16", ("n", "n"), None),
+}
 
 
 def write_matching(matching: Matching, folder: Path) -> None:
@@ -30,11 +38,27 @@ def write_matching(matching: Matching, folder: Path) -> None:
 
 
 def read_matching(folder: Path) -> Matching:
-    """Read back what ``write_matching`` wrote."""
-    content = json.loads((folder / "matching.json").read_text())
-    with np.load(folder / "dissimilarity.npz", allow_pickle=False) as arrays:
-        scores, yaw, k = (arrays[name] for name in ("scores", "yaw", "k"))
-    dissimilarity = Dissimilarity(scores, yaw, k, content["size"], content["unit"], content["rank_error"])
-    keys = ("candidates", "nearest", "missing")
-    candidates, nearest, missing = (tuple(Candidate(**entry) for entry in content[key]) for key in keys)
-    return Matching(dissimilarity, candidates, nearest, missing, content["threshold"])
+    """Read back what ``write_matching`` wrote. Raises UserError where a file is missing or something else."""
+    arrays = read_arrays(folder / "dissimilarity.npz", _ARRAYS)
+    path = folder / "matching.json"
+    content: Any = read_json(path)
+    with as_written(path):
+        size, unit, threshold = float(content["size"]), str(content["unit"]), float(content["threshold"])
+        rank_error = None if content["rank_error"] is None else float(content["rank_error"])
+        candidates, nearest, missing = (
+            tuple(_candidate(entry, len(arrays["scores"])) for entry in content[key])
+            for key in ("candidates", "nearest", "missing")
+        )
+    dissimilarity = Dissimilarity(arrays["scores"], arrays["yaw"], arrays["k"], size, unit, rank_error)
+    return Matching(dissimilarity, candidates, nearest, missing, threshold)
+
+
+def _candidate(entry: Any, frames: int) -> Candidate:
+    source, target, k = (entry[key] for key in ("source", "target", "k"))
+    if (
+        not all(type(number) is int and 0 <= number < frames for number in (source, target))
+        or type(k) is not int
+        or k < 0
+    ):
+        raise ValueError(f"there are no frames {source} and {target}")
+    return Candidate(source, target, float(entry["score"]), float(entry["yaw"]), k)

@@ -8,6 +8,7 @@ from typing import Any
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.errors import UserError
+from unstructured_mg.geometry.array_file import as_written, read_json
 from unstructured_mg.graph.files import graph_from_json
 from unstructured_mg.graph.motion_graph import MotionGraph
 from unstructured_mg.matching.files import read_matching
@@ -35,7 +36,12 @@ class Work:
 
     @cached_property
     def graph(self) -> MotionGraph:
-        return graph_from_json(self.graph_json, self.capture)
+        path = self.store.path("graph.json")
+        with as_written(path):
+            try:
+                return graph_from_json(self.graph_json, self.capture)
+            except UserError as error:
+                raise ValueError(str(error).rstrip(".")) from None
 
     @cached_property
     def matching(self) -> Matching:
@@ -43,12 +49,14 @@ class Work:
 
     @cached_property
     def matching_options(self) -> MatchingOptions:
-        return MatchingOptions(**self._options()["matching"])
+        with as_written(self.store.path("manifests/outcomes.json.json")):
+            return MatchingOptions(**self._options()["matching"])
 
     @cached_property
     def synthesis_options(self) -> SynthesisOptions:
-        words = self._options()["synthesis"]
-        return SynthesisOptions(**{**words, "texturing": TextureOptions(**words["texturing"])})
+        with as_written(self.store.path("manifests/outcomes.json.json")):
+            words = self._options()["synthesis"]
+            return SynthesisOptions(**{**words, "texturing": TextureOptions(**words["texturing"])})
 
     @cached_property
     def outcomes(self) -> list[dict[str, Any]]:
@@ -75,7 +83,7 @@ class Work:
         return (self.store.manifest("outcomes.json") or {})["inputs"]
 
     def _json(self, name: str) -> Any:
-        return json.loads(self.verified(name).read_text())
+        return read_json(self.verified(name))
 
 
 def open_work(folder: Path) -> Work:
@@ -86,4 +94,5 @@ def open_work(folder: Path) -> Work:
         raise UserError(f"{folder}: is not a work folder; make one with umg build CAPTURE -o {folder}.")
     if store.manifest("graph.json") is None or store.verify("capture.json") is None:
         raise UserError(f"{folder}: its build has not finished; run umg build with the same arguments again.")
-    return Work(store, Capture.from_json(json.loads(store.path("capture.json").read_text())))
+    with as_written(store.path("capture.json")):
+        return Work(store, Capture.from_json(json.loads(store.path("capture.json").read_text())))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from unstructured_mg.geometry.array_file import Expected, as_written, read_arrays, read_json
 from unstructured_mg.geometry.centre import floor_centre
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.synthesis.texture_flow import TextureFlow
@@ -13,6 +14,23 @@ from unstructured_mg.synthesis.transition import Transition
 
 # The images of steps -k and k.
 END_NAMES = ("start", "end")
+
+
+_GEOMETRY: dict[str, Expected] = {
+    "vertices": ("float64", ("steps", "n", 3), None),
+    "faces": ("int32", ("m", 3), "n"),
+    "uv": ("float64", ("u", 2), None),
+    "face_uv": ("int32", ("mu", 3), "u"),
+    "alignment": ("float64", (3,), None),
+    "window": ("int64", (3,), None),
+}
+_STEP_COLORS: dict[str, Expected] = {"colors": ("uint8", ("steps", "n", 3), None)}
+_FLOW: dict[str, Expected] = {
+    "reference": ("float32", ("n", 3), None),
+    "displacement": ("float32", ("n", 3), None),
+    "uv_flow": ("float32", ("u", 2), None),
+}
+_COLORS: dict[str, Expected] = {"colors": ("uint8", (2, "n", 3), None)}
 
 
 def step_name(step: int) -> str:
@@ -62,14 +80,15 @@ def read_flow(folder: Path) -> TextureFlow | None:
     if not (folder / "flow.npz").exists():
         return None
     suffix = _suffix(folder, END_NAMES[0])
-    with np.load(folder / "flow.npz", allow_pickle=False) as arrays:
+    arrays = read_arrays(folder / "flow.npz", _FLOW, _COLORS)
+    with as_written(folder):
         return TextureFlow(
             arrays["reference"],
             arrays["displacement"],
             arrays["uv_flow"],
             tuple((folder / (name + suffix)).read_bytes() for name in END_NAMES) if suffix else (),
             suffix,
-            arrays["colors"] if "colors" in arrays.files else None,
+            arrays.get("colors"),
         )
 
 
@@ -79,37 +98,61 @@ def _suffix(folder: Path, name: str) -> str:
 
 
 def read_transition(folder: Path) -> Transition:
-    """Read what ``write_transition`` wrote. Raises OSError or ValueError where a file is missing or damaged."""
-    with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
+    """Read what ``write_transition`` wrote. Raises UserError where a file is missing or something else."""
+    arrays, path = _read_geometry(folder), folder / "geometry.npz"
+    flow = read_flow(folder)
+    with as_written(path):
         source, target, k = (int(number) for number in arrays["window"])
-        names = [step_name(step) for step in range(-k + 1, k)]
-        suffix = _suffix(folder, names[0])
-        return Transition(
-            source,
-            target,
-            k,
-            arrays["vertices"],
-            arrays["faces"],
-            arrays["uv"],
-            arrays["face_uv"],
-            tuple((folder / (name + suffix)).read_bytes() for name in names) if suffix else (),
-            suffix,
-            arrays["colors"] if "colors" in arrays.files else None,
-            PlanarRigid(*(float(number) for number in arrays["alignment"])),
-            json.loads((folder / "card.json").read_text()),
-            read_flow(folder),
-        )
+        if len(arrays["vertices"]) != 2 * k - 1 or len(arrays["face_uv"]) not in (0, len(arrays["faces"])):
+            raise ValueError(f"it holds {len(arrays['vertices'])} steps of a window of {k}")
+        lengths = (arrays["vertices"].shape[1], len(arrays["uv"]))
+        if flow is not None and (len(flow.reference), len(flow.uv_flow) or lengths[1]) != lengths:
+            raise ValueError("its flow is of another surface")
+    names = [step_name(step) for step in range(-k + 1, k)]
+    suffix = _suffix(folder, names[0])
+    with as_written(folder):
+        textures = tuple((folder / (name + suffix)).read_bytes() for name in names) if suffix else ()
+    return Transition(
+        source,
+        target,
+        k,
+        arrays["vertices"],
+        arrays["faces"],
+        arrays["uv"],
+        arrays["face_uv"],
+        textures,
+        suffix,
+        arrays.get("colors"),
+        PlanarRigid(*(float(number) for number in arrays["alignment"])),
+        _read_card(folder),
+        flow,
+    )
 
 
 def read_card(folder: Path) -> tuple[PlanarRigid, dict[str, Any]]:
     """Only the alignment and the quality card of what ``write_transition`` wrote: what the graph needs."""
-    with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
-        alignment = PlanarRigid(*(float(number) for number in arrays["alignment"]))
-    return alignment, json.loads((folder / "card.json").read_text())
+    arrays = read_arrays(folder / "geometry.npz", {"alignment": _GEOMETRY["alignment"]})
+    return PlanarRigid(*(float(number) for number in arrays["alignment"])), _read_card(folder)
+
+
+def _read_card(folder: Path) -> dict[str, Any]:
+    card = read_json(folder / "card.json")
+    with as_written(folder / "card.json"):
+        if not isinstance(card, dict):
+            raise ValueError("it is no object")
+    return card
+
+
+def _read_geometry(folder: Path) -> dict[str, np.ndarray]:
+    arrays = read_arrays(folder / "geometry.npz", _GEOMETRY, _STEP_COLORS)
+    with as_written(folder / "geometry.npz"):
+        for name in ("vertices", "uv", "alignment"):
+            if not np.isfinite(arrays[name]).all():
+                raise ValueError(f"{name} holds numbers that are not finite")
+    return arrays
 
 
 def read_floor_centres(folder: Path) -> np.ndarray:
     """(2k-1, 2) float64: the floor centre of each step of what ``write_transition`` wrote, in the source's place."""
-    with np.load(folder / "geometry.npz", allow_pickle=False) as arrays:
-        faces = arrays["faces"]
-        return np.stack([floor_centre(vertices, faces) for vertices in arrays["vertices"]])
+    arrays = _read_geometry(folder)
+    return np.stack([floor_centre(vertices, arrays["faces"]) for vertices in arrays["vertices"]])

@@ -2,10 +2,12 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from unstructured_mg.capture.mesh import TexturedMesh
+from unstructured_mg.geometry.array_file import Expected, as_written, read_arrays, read_json
 from unstructured_mg.tracking.cage_lattice import lattice_cage
 from unstructured_mg.tracking.cage_tetwild import tetwild_cage
 from unstructured_mg.tracking.embedding import Cage, make_cage
@@ -39,6 +41,15 @@ def build_lattice(surface: CleanSurface, goal: int) -> Cage:
     return make_cage(vertices, tets, surface.vertices, tet_of_vertex, "lattice")
 
 
+_ARRAYS: dict[str, Expected] = {
+    "vertices": ("float64", ("c", 3), None),
+    "tets": ("int32", ("q", 4), "c"),
+    "tet_of_vertex": ("int32", ("n",), "q"),
+    "weights": ("float64", ("n", 4), None),
+    "residual": ("float64", ("n", 3), None),
+}
+
+
 def write_cage(cage: Cage, folder: Path) -> None:
     """Write ``cage.npz`` and ``cage.json`` into an existing folder."""
     arrays = {name: getattr(cage, name) for name in ("vertices", "tets", "tet_of_vertex", "weights", "residual")}
@@ -47,6 +58,8 @@ def write_cage(cage: Cage, folder: Path) -> None:
 
 
 def read_cage(folder: Path) -> Cage:
-    """What ``write_cage`` wrote."""
-    with np.load(folder / "cage.npz", allow_pickle=False) as arrays:
-        return Cage(**{name: arrays[name] for name in arrays.files}, **json.loads((folder / "cage.json").read_text()))
+    """What ``write_cage`` wrote. Raises UserError where a file is missing or something else."""
+    arrays, path = read_arrays(folder / "cage.npz", _ARRAYS), folder / "cage.json"
+    content: Any = read_json(path)
+    with as_written(path):
+        return Cage(**arrays, method=str(content["method"]))

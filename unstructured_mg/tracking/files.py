@@ -2,25 +2,28 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from unstructured_mg.capture.capture import Capture
+from unstructured_mg.geometry.array_file import Expected, as_written, read_arrays, read_json
 from unstructured_mg.tracking.pair import TrackedPair
 
-_ARRAYS = (
-    "frames",
-    "vertices",
-    "faces",
-    "uv",
-    "face_uv",
-    "cage_vertices",
-    "tets",
-    "tet_of_vertex",
-    "weights",
-    "residual",
-)
-_VALUES = ("source", "target", "k", "template", "yaw")
+_ARRAYS: dict[str, Expected] = {
+    "frames": ("int32", ("f",), None),
+    "vertices": ("float64", ("f", "n", 3), None),
+    "faces": ("int32", ("m", 3), "n"),
+    "uv": ("float64", ("u", 2), None),
+    "face_uv": ("int32", ("mu", 3), "u"),
+    "cage_vertices": ("float64", ("f", "c", 3), None),
+    "tets": ("int32", ("q", 4), "c"),
+    "tet_of_vertex": ("int32", ("n",), "q"),
+    "weights": ("float64", ("n", 4), None),
+    "residual": ("float64", ("f", "n", 3), None),
+}
+_OPTIONAL: dict[str, Expected] = {"face_material": ("int32", ("m",), None), "measure_*": ("float64", ("f",), None)}
+_VALUES = {"source": int, "target": int, "k": int, "template": int, "yaw": float}
 
 
 def write_pair(pair: TrackedPair, capture: Capture, folder: Path) -> None:
@@ -36,12 +39,14 @@ def write_pair(pair: TrackedPair, capture: Capture, folder: Path) -> None:
 
 
 def read_pair(folder: Path) -> TrackedPair:
-    """What ``write_pair`` wrote."""
-    values = json.loads((folder / "tracked.json").read_text())
-    with np.load(folder / "tracked.npz", allow_pickle=False) as stored:
-        arrays = {name: stored[name] for name in stored.files}
+    """What ``write_pair`` wrote. Raises UserError where a file is missing or something else."""
+    path = folder / "tracked.json"
+    content: Any = read_json(path)
+    with as_written(path):
+        values: dict[str, Any] = {name: kind(content[name]) for name, kind in _VALUES.items()}
+    arrays: dict[str, Any] = read_arrays(folder / "tracked.npz", _ARRAYS, _OPTIONAL)
     return TrackedPair(
-        **{name: values[name] for name in _VALUES},
+        **values,
         **{name: arrays[name] for name in _ARRAYS},
         face_material=arrays.get("face_material"),
         measures={name[8:]: array for name, array in arrays.items() if name.startswith("measure_")},
