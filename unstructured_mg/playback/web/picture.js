@@ -10,18 +10,18 @@
       uniform vec2 uvLow, flowLow;
       uniform float size, uvSize, flowSize;
       uniform bool flat_;
-      layout(location = 0) in vec3 position;
+      layout(location = 0) in vec4 position;
       layout(location = 1) in vec2 uv;
       layout(location = 2) in vec2 flow;
-      layout(location = 3) in vec3 color;
+      layout(location = 3) in vec4 color;
       out vec2 place, move;
       out vec3 tint, spot;
       void main() {
-        spot = low + size * position;
+        spot = low + size * position.xyz;
         if (flat_) spot.z = 0.0;
         place = uvLow + uvSize * uv;
         move = flowLow + flowSize * flow;
-        tint = color;
+        tint = color.rgb;
         gl_Position = clip * vec4(spot, 1.0);
       }`,
     // A transition's two ends are met by the flow on the way and fade into each other.
@@ -83,6 +83,9 @@
         shown = vec4(color, fade * max(0.05, 0.5 * max(line.x, line.y)));
       }`,
   };
+  // Numbers of 16 bits reach the shader as shares of the largest, in fours or twos: what every card reads as it is. Others
+  // are converted first, which costs more than drawing where there is no card.
+  const WHOLE = 65535;
   const NAMES = ["position", "uv", "flow", "color"];
 
   umg.Picture = class {
@@ -159,7 +162,8 @@
       const clip = umg.clipMatrix(view, world.yaw, middle);
       gl.bindVertexArray(slot.array);
       slot.useStep(step);
-      if (view.eye[2] > 0) this.drawShadow(slot, clip, header);
+      // Where pictures are coarse, time is short: the shadow is the first to go.
+      if (view.eye[2] > 0 && this.fineness === 1) this.drawShadow(slot, clip, header);
       const own = this.useFigure(this.figure, clip, header, false);
       const c = Math.cos(-world.yaw), s = Math.sin(-world.yaw), [x, y, z] = view.rows[2];
       gl.uniform3f(own.light, c * x - s * y, s * x + c * y, z);
@@ -193,12 +197,12 @@
       gl.useProgram(own.program);
       gl.uniformMatrix4fv(own.clip, false, clip);
       gl.uniform3fv(own.low, header.low);
-      gl.uniform1f(own.size, header.step);
+      gl.uniform1f(own.size, header.step * WHOLE);
       gl.uniform1i(own.flat_, flat);
       gl.uniform2fv(own.uvLow, header.uv ? header.uv.low : [0, 0]);
-      gl.uniform1f(own.uvSize, header.uv ? header.uv.step : 0);
+      gl.uniform1f(own.uvSize, header.uv ? header.uv.step * WHOLE : 0);
       gl.uniform2fv(own.flowLow, header.flow ? header.flow.low : [0, 0]);
-      gl.uniform1f(own.flowSize, header.flow ? header.flow.step : 0);
+      gl.uniform1f(own.flowSize, header.flow ? header.flow.step * WHOLE : 0);
       return own;
     }
 
@@ -263,7 +267,7 @@
       if (values === null) { gl.disableVertexAttribArray(at); return; }
       this.store(name, values);
       gl.enableVertexAttribArray(at);
-      gl.vertexAttribPointer(at, size, type, false, 0, 0);
+      gl.vertexAttribPointer(at, size, type, true, 0, 0);
     }
 
     upload(unit, bitmap) {
@@ -286,11 +290,11 @@
       const gl = this.gl, { corners, colors } = this.decoded.header;
       gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.position);
       gl.enableVertexAttribArray(0);
-      gl.vertexAttribPointer(0, 3, gl.UNSIGNED_SHORT, false, 8, 8 * corners * step);
+      gl.vertexAttribPointer(0, 4, gl.UNSIGNED_SHORT, true, 8, 8 * corners * step);
       if (colors) {
         gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.color);
         gl.enableVertexAttribArray(3);
-        gl.vertexAttribPointer(3, 3, gl.UNSIGNED_BYTE, true, 4, 4 * corners * step);
+        gl.vertexAttribPointer(3, 4, gl.UNSIGNED_BYTE, true, 4, 4 * corners * step);
       }
     }
 
