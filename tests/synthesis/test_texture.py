@@ -168,6 +168,32 @@ def test_what_a_frame_does_not_show_is_filled_in_smoothly(turning):
     assert filled[inside].min() > truth[inside].min() - 10 and filled[inside].max() < truth[inside].max() + 10
 
 
+def test_odd_atlases_and_other_sizes_make_no_difference(turning):
+    """The end's image is half as large and its uvs lie two images to the left; some faces have no area in it."""
+    capture, pair = turning
+    first, second = capture.meshes
+    small = second.textures[0].array.reshape(SIZE // 2, 2, SIZE // 2, 2, 3).mean(axis=(1, 3))
+    face_uv = second.face_uv.copy()
+    face_uv[::200] = face_uv[::200, :1]
+    odd = TexturedMesh(
+        second.vertices, second.faces, second.uv - [2, 0], face_uv, None,
+        (ArrayTexture(small.round().astype(np.uint8)),), None,
+    )  # fmt: skip
+    plain = synthesize_textures(capture, pair, 0, 1, 3, OPTIONS)
+    found = synthesize_textures(ArrayCapture([first, odd]), pair, 0, 1, 3, OPTIONS)
+    inside = inside_charts()
+    for one, other in zip(found.textures, plain.textures, strict=True):
+        assert psnr(pixels_of(one)[inside], pixels_of(other)[inside]) > 30
+    # A template whose uvs leave the image gets an atlas of its own, with every face in it.
+    back = synthesize_textures(
+        ArrayCapture([odd, first]),
+        tracked_pair(np.stack([odd.vertices] * 2), odd.faces, odd.uv, odd.face_uv),
+        0, 1, 1, OPTIONS,
+    )  # fmt: skip
+    assert back.uv.min() >= 0 and back.uv.max() <= 1 and back.face_uv.shape == odd.faces.shape
+    assert np.isfinite(back.flow.uv_flow).all() and back.measures["seam_color_start"] < 3
+
+
 def test_vertex_colours_are_moved_where_there_are_no_images():
     meshes = [painted_tube(96, 80, turn, colors=True) for turn in (0.0, TURN)]
     pair = tracked_pair(
