@@ -126,6 +126,7 @@
 
     // Stand still on one side of a seam of the selected transition ("start" or "end"), or go to the other side.
     showSeam(which) {
+      if (this.mode !== "transition") return;
       const [start, end] = this.player.reel.seams;
       this.seam = { which, before: true, index: which === "start" ? start : end };
       this.player.play(false);
@@ -327,7 +328,7 @@
         "+": () => camera.dolly(1 / 1.15), "=": () => camera.dolly(1 / 1.15), "-": () => camera.dolly(1.15),
       };
       document.addEventListener("keydown", (event) => {
-        const typing = event.target.closest("input[type=number], select, dialog");
+        const typing = event.target.closest("input[type=number], select, dialog[open]");
         const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
         if (typing || !act || event.ctrlKey || event.metaKey || event.altKey) return;
         event.preventDefault();
