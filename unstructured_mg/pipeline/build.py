@@ -206,24 +206,34 @@ def _graph(
 ) -> None:
     with _worker_death("places on the floor"):
         places = captured_places(store, pool, capture, progress, timings)
+    kept = [outcome.candidate for outcome in outcomes if outcome.refusal is None]
+    ways = [(s, t, pair) for pair in kept for s, t in ((pair.source, pair.target), (pair.target, pair.source))]
+    names = [pair_name(capture, s, t, "transitions") for s, t, _ in ways]
+    inputs = {
+        "stage": "graph",
+        "stage_version": VERSIONS["graph"],
+        "graph": asdict(options.graph),
+        "fps": capture.fps,
+        "frames": [capture.frame_id(index) for index in range(len(capture))],
+        "places": (store.manifest("places.json") or {}).get("key"),
+        "transitions": [
+            [name, (store.manifest(name) or {}).get("key"), pair.score]
+            for name, (_, _, pair) in zip(names, ways, strict=True)
+        ],
+    }
+    if store.find("graph.json", inputs) is not None:
+        return
+    progress.why("graph.json", store.why("graph.json", inputs))
     links, cards, steps = [], {}, []
-    for outcome in outcomes:
-        if outcome.refusal is not None:
-            continue
-        source, target = outcome.candidate.source, outcome.candidate.target
-        for s, t in ((source, target), (target, source)):
-            folder = store.path(pair_name(capture, s, t, "transitions"))
-            alignment, card = read_card(folder)
-            links.append(Link(s, t, outcome.candidate.k, alignment, outcome.candidate.score))
-            steps.append(read_floor_centres(folder))
-            cards[s, t] = card
+    for name, (s, t, pair) in zip(names, ways, strict=True):
+        folder = store.path(name)
+        alignment, card = read_card(folder)
+        links.append(Link(s, t, pair.k, alignment, pair.score))
+        steps.append(read_floor_centres(folder))
+        cards[s, t] = card
     with progress.stage("graph and probabilities"), timings.wall("graph"):
         graph = build_graph(capture, links, options.graph, Places(places, tuple(steps)))
-    content = graph_to_json(graph, capture, cards)
-    transitions = [pair_name(capture, link.source, link.target, "transitions") for link in links]
-    keys = [(store.manifest(name) or {}).get("key") for name in transitions]
-    inputs = {"stage": "graph", "stage_version": VERSIONS["graph"], "graph": asdict(options.graph), "transitions": keys}
-    store.commit_json("graph.json", inputs, content)
+    store.commit_json("graph.json", inputs, graph_to_json(graph, capture, cards))
 
 
 def _outcome_row(capture: Capture, outcome: Outcome) -> dict[str, Any]:
