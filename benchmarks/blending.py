@@ -48,8 +48,8 @@ def registered(name: str) -> tuple[np.ndarray, np.ndarray]:
         return vertices, arrays["faces"].astype(np.int32)
 
 
-def template_of(cage: Cage, surface: np.ndarray, faces: np.ndarray) -> Template:
-    return Template(surface, faces, cage.vertices, cage.tets, cage.tet_of_vertex, cage.weights)
+def template_of(cage: Cage, surfaces: np.ndarray, faces: np.ndarray) -> Template:
+    return Template(surfaces[0], faces, cage.vertices, cage.tets, cage.tet_of_vertex, cage.weights, surfaces)
 
 
 def carry_cage(template: Template, surfaces: np.ndarray, wanted: list[int]) -> dict[int, np.ndarray]:
@@ -95,7 +95,7 @@ def compare_blends(name: str, gaps: list[int], stride: int) -> list[dict]:
     surfaces, faces = registered(name)
     edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
     cage = build_cage(TexturedMesh(surfaces[0], faces), TrackingOptions())
-    template = template_of(cage, surfaces[0], faces)
+    template = template_of(cage, surfaces, faces)
     starts = {gap: list(range(0, FRAMES - gap, stride)) for gap in gaps}
     cages = carry_cage(template, surfaces, sorted({s + d for gap in gaps for s in starts[gap] for d in (0, gap)}))
     print(f"{name}: {len(surfaces[0])} vertices, cage of {len(cage.vertices)} vertices and {len(cage.tets)} tets")
@@ -135,7 +135,7 @@ def compare_solvers(name: str) -> list[dict]:
     """20 iterations from one start on the same tets with the same held vertices: ours beside libigl's."""
     surfaces, faces = registered(name)
     cage = build_cage(TexturedMesh(surfaces[0], faces), TrackingOptions())
-    template = template_of(cage, surfaces[0], faces)
+    template = template_of(cage, surfaces, faces)
     start = carry_cage(template, surfaces, [32])[32]
     held = np.arange(0, len(cage.vertices), 20)
     rest = np.ascontiguousarray(cage.vertices)

@@ -35,7 +35,8 @@ def club() -> Template:
     distances = np.linalg.norm(cage[tets].mean(1)[None] - surface[:, None], axis=2)
     tet_of_vertex = distances.argmin(1).astype(np.int32)
     weights = barycentric(cage, tets, surface, tet_of_vertex)
-    return Template(surface, np.asarray(ball.faces, np.int32), cage, tets, tet_of_vertex, weights)
+    frames = np.stack([bend(surface, angle) for angle in np.linspace(-0.5, 1.5, 21)])
+    return Template(surface, np.asarray(ball.faces, np.int32), cage, tets, tet_of_vertex, weights, frames)
 
 
 def bend(points: np.ndarray, angle: float) -> np.ndarray:

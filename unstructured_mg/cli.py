@@ -234,7 +234,8 @@ def build(
     hausdorff
         Refuse pairs whose template strays further than this from a captured surface, in metres.
     blend
-        How the geometry of both windows is blended: volumetric_arap, surface_arap, poisson or linear.
+        How the geometry of both windows is blended: volumetric_arap, surface_arap, poisson,
+        linear or latent (learnt for each pair; needs torch).
     weights
         The blend's course over time: cubic or linear.
     texture

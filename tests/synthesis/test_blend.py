@@ -5,8 +5,10 @@ from toy_pair import bend, bending_pair, club
 
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.geometry.tets import tet_volumes
+from unstructured_mg.synthesis import blend_latent
 from unstructured_mg.synthesis.align import align_windows
 from unstructured_mg.synthesis.blend import BLENDS, blend_postures, blend_windows
+from unstructured_mg.synthesis.latent.options import LatentOptions
 from unstructured_mg.synthesis.options import BLEND_NAMES, SynthesisOptions
 from unstructured_mg.synthesis.posture import Posture
 from unstructured_mg.synthesis.quality import volume
@@ -18,6 +20,12 @@ STIFF = ("volumetric_arap", "surface_arap", "poisson")
 def posture(template, angle, rotation=None):
     turn = np.eye(3) if rotation is None else Rotation.from_rotvec(rotation).as_matrix()
     return Posture(bend(template.surface, angle) @ turn.T, bend(template.cage, angle) @ turn.T)
+
+
+@pytest.fixture(autouse=True)
+def little_training(monkeypatch):
+    """What is asked of every blend holds for a latent one after any training."""
+    monkeypatch.setattr(blend_latent, "OPTIONS", LatentOptions(size=3, hidden=8, epochs=100, exchanges=2))
 
 
 def test_the_registry_has_the_names_of_the_options():

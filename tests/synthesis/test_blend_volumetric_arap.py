@@ -16,7 +16,7 @@ def block() -> Template:
     cage, tets = lattice(np.linspace(0, 0.2, 2), np.linspace(0, 0.2, 2), np.linspace(0, 0.8, 5))
     corners = np.array([[0.05, 0.05, 0.1], [0.15, 0.05, 0.1], [0.05, 0.15, 0.1], [0.05, 0.05, 0.7]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
-    return Template(corners, faces, cage, tets, np.zeros(4, np.int32), np.tile([1.0, 0, 0, 0], (4, 1)))
+    return Template(corners, faces, cage, tets, np.zeros(4, np.int32), np.tile([1.0, 0, 0, 0], (4, 1)), corners[None])
 
 
 def test_no_minimiser_finds_less_energy():

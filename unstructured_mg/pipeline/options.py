@@ -10,6 +10,7 @@ from unstructured_mg.errors import UserError
 from unstructured_mg.graph.options import GraphOptions
 from unstructured_mg.matching.options import MatchingOptions
 from unstructured_mg.playback.export_options import ExportOptions
+from unstructured_mg.synthesis.latent.train import require_torch
 from unstructured_mg.synthesis.options import SynthesisOptions
 from unstructured_mg.tracking.options import TrackingOptions
 
@@ -91,11 +92,14 @@ def build_options(**given: Any) -> BuildOptions:
             room, name = NAMES[word]
             rooms[room][name] = value
     try:
-        return BuildOptions(**whole, **{room: ROOMS[room](**values) for room, values in rooms.items()})
+        options = BuildOptions(**whole, **{room: ROOMS[room](**values) for room, values in rooms.items()})
     except ValueError as error:
         name, _, rest = str(error).partition(":")
         words = {option: word for word, (_, option) in NAMES.items()}
         raise UserError(f"--{words.get(name, name).replace('_', '-')}:{rest}.") from None
+    if options.synthesis.blend == "latent":
+        require_torch()  # now, not after an hour of matching
+    return options
 
 
 def export_options(fps: float | None, unit: str | None, up: str | None, **given: Any) -> ExportOptions:

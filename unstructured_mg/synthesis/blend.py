@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.synthesis.blend_latent import LatentBlend
 from unstructured_mg.synthesis.blend_linear import LinearBlend
 from unstructured_mg.synthesis.blend_poisson import PoissonBlend
 from unstructured_mg.synthesis.blend_surface_arap import SurfaceArapBlend
@@ -23,6 +24,7 @@ BLENDS: dict[str, Callable[[Template], Blend]] = {
     "surface_arap": SurfaceArapBlend,
     "poisson": PoissonBlend,
     "linear": LinearBlend,
+    "latent": LatentBlend,
 }
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from unstructured_mg.synthesis.texture_options import TextureOptions
 
-BLEND_NAMES = ("volumetric_arap", "surface_arap", "poisson", "linear")
+BLEND_NAMES = ("volumetric_arap", "surface_arap", "poisson", "linear", "latent")
 WEIGHT_NAMES = ("cubic", "linear")
 TEXTURE_NAMES = ("flow", "crossfade", "none")
 
@@ -15,7 +15,8 @@ class SynthesisOptions:
 
     Geometry
     --------
-    blend : "volumetric_arap" (P 6.4, the default), "surface_arap", "poisson" (B section 5) or "linear"
+    blend : "volumetric_arap" (P 6.4, the default), "surface_arap", "poisson" (B section 5), "linear" or "latent"
+        (R section 4.6, needs torch)
     weights : "cubic" (P 6.4: keeps the velocity at both ends) or "linear"
     plant_feet : whether feet that stand in both windows are locked (see ``feet.plant_feet``)
 

@@ -19,6 +19,7 @@ class Template:
     tets : (q, 4) int32, positively oriented at ``cage``
     tet_of_vertex : (n,) int32 the cage cell that carries each surface vertex
     weights : (n, 4) float64 barycentric weights in that cell
+    frames : (f, n, 3) float64, metres: the surface in all frames that are known of it
     """
 
     surface: np.ndarray
@@ -27,6 +28,7 @@ class Template:
     tets: np.ndarray
     tet_of_vertex: np.ndarray
     weights: np.ndarray
+    frames: np.ndarray
 
     @classmethod
     def of_pair(cls, pair: TrackedPair) -> "Template":
@@ -37,6 +39,7 @@ class Template:
             pair.tets,
             pair.tet_of_vertex,
             pair.weights,
+            pair.vertices,
         )
 
 
