@@ -25,6 +25,8 @@ def test_crane_22_to_24_is_within_reach_of_the_true_correspondence():
     diagonal = np.linalg.norm(np.ptp(vertices[2], axis=0))
     error = np.linalg.norm(state.vertices - vertices[2], axis=1) / diagonal
     assert np.sqrt(np.mean(error**2)) <= 1.00e-3
+    # The strain of trimesh's nricp_amberg on this pair, which leaves six times the error; the truth's own is 0.0372.
+    assert state.strain <= 0.0317
     assert state.inverted == 0 and tet_volumes(state.cage, tracker.cage.tets).min() > 0
 
 
