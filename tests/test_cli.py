@@ -64,6 +64,7 @@ def test_what_is_no_work_folder_is_said_so(tmp_path):
     [
         (["dance"], ["dance", "umg --help"]),
         (["build", "capture", "-o", "work", "--window", "wide"], ["--window", "wide", "umg build --help"]),
+        (["build", "capture", "-o", "work", "--window", "1"], ["--window", "2"]),
         (["build", "capture"], ["--output", "umg build --help"]),
         (["build", "capture", "-o", "work", "--unit", "furlong"], ["--unit", "furlong", "inch"]),
         (["walk", "work", "--frames", "0", "-o", "out"], ["--frames", "umg walk --help"]),
