@@ -15,9 +15,9 @@ class TrackingOptions:
     debris_share : components below this share of a frame's area count for nothing (P section 5.1 counts components)
     hausdorff_m : two-sided distance above which a pair is refused, metres (P section 5.4: 0.1)
     stretch : a pair is refused where the surface at s and at t, which look alike, differ by more than this stretch or
-        squeeze on a twentieth of the area: limbs taken for one another, and sliding, which distances do not see. On
-        held-out pairs of known correspondence (benchmarks/tracking.py) those that were tracked stay below 1.40, those
-        that went wrong are above 1.49
+        squeeze on a twentieth of the area: limbs taken for one another, and sliding, which distances do not see. Chosen
+        on the held-out pairs of known correspondence in benchmarks/tracking.py: those that were tracked stay below
+        1.40, those that went wrong are above 1.49
     rigidity : weight of the cage's ARAP energy in the last stage of a registration; the energies are means over area
         and volume, lengths in units of the body's size (see ``register``)
     detail : transfer the captured frame's detail by normal offsets (P section 5.5). Off: after this registration it
