@@ -103,7 +103,7 @@ def expected_look(frame):
 
 
 def test_ten_thousand_frames_are_those_of_umg_walk_and_no_mesh_meets_another_frames_texture(page):
-    """By what was put on the card, and by what the pixels show: the mesh's shape, and the texture's colour.
+    """By what was put on the card, and by what the pixels of every fourth show: the mesh's shape, the texture's colour.
 
     The camera turns with the world, so that every sheet is seen in full.
     """
@@ -115,7 +115,7 @@ def test_ten_thousand_frames_are_those_of_umg_walk_and_no_mesh_meets_another_fra
       for (let i = FROM; i < TO; i++) {
         umg.page.camera.azimuth = umg.page.player.reel.frame(i).world.yaw - Math.PI / 2;
         const drawn = await umg.page.show(i);
-        told.push([drawn.name, drawn.mesh, drawn.texture, ...look()]);
+        told.push([drawn.name, drawn.mesh, drawn.texture, ...(i % 4 ? [] : look())]);
       }
       return told;
     })()"""
@@ -125,8 +125,9 @@ def test_ten_thousand_frames_are_those_of_umg_walk_and_no_mesh_meets_another_fra
         page.command("HeapProfiler.collectGarbage")
         heaps.append(page.command("Runtime.getHeapUsage"))
     assert [each[0] for each in told] == names(walk)
-    for frame, (name, mesh, texture, red, green, shape) in zip(walk, told, strict=True):
+    for name, mesh, texture, *_ in told:
         assert mesh == texture == name.split(":")[0]
+    for frame, (name, _, _, red, green, shape) in zip(walk[::4], told[::4], strict=True):
         looked = expected_look(frame)
         assert abs(red - looked[0]) <= 6 and abs(green - looked[1]) <= 6 and abs(shape - looked[2]) < 0.06, name
     # Memory is flat: what lives after 2,000 frames lives after 10,000, and nothing else.
