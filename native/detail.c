@@ -130,12 +130,12 @@ static void products(const float *image, const float *detail, const uint8_t *ins
 
 /* Add as much detail as brings the local energy to the wanted one: the positive root of a quadratic. */
 UMG_VECTORISED
-static void amplify(uint8_t *image, int64_t count, const float *detail, const float *product, const float *first,
+static void amplify(uint8_t *image, const uint8_t *inside, int64_t count, const float *detail, const float *product, const float *first,
                     const float *second, float share, float level, float most) {
     for (int64_t i = 0; i < count; i++) {
         float wanted = level * ((1 - share) * first[i] + share * second[i]);
         float lacking = wanted - product[3 * i], mixed = product[3 * i + 1], other = product[3 * i + 2];
-        if (lacking <= 0)
+        if (lacking <= 0 || !inside[i])
             continue;
         float square = mixed * mixed + other * lacking;
         float gain = lacking / (mixed + sqrtf(square > 0 ? square : 0) + 1e-6f);
@@ -229,7 +229,7 @@ static PyObject *restore_detail(PyObject *self, PyObject *args) {
         high_pass(image, height, width, scratch.rows, scratch.detail);
         favour_edges(scratch.detail, height, width, radius, scratch.rows, scratch.sums, product, (float)edge);
         products(image, scratch.detail, v[1].buf, height, width, radius, scratch.rows, scratch.sums, product);
-        amplify(v[0].buf, height * width, scratch.detail, product, v[2].buf, v[3].buf, (float)share, (float)level, (float)most);
+        amplify(v[0].buf, v[1].buf, height * width, scratch.detail, product, v[2].buf, v[3].buf, (float)share, (float)level, (float)most);
         Py_END_ALLOW_THREADS
         free_scratch(&scratch);
     }
@@ -249,6 +249,6 @@ PyMethodDef umg_detail_methods[] = {
     {"restore_detail", restore_detail, METH_VARARGS,
      "restore_detail(image, inside, height, width, radius, first, second, share, level, edge, most): add finest detail, weighted "
      "by its strength over the local one up to edge, to (height, width, 3) uint8, in place, until its energy is level times "
-     "(1 - share) first + share second, by a factor of most at most."},
+     "(1 - share) first + share second, by a factor of most at most; what is not inside stays."},
     {NULL, NULL, 0, NULL},
 };

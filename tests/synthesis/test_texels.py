@@ -1,8 +1,8 @@
 import numpy as np
-from textured_pairs import tube
+from textured_pairs import grid, tube
 
 from unstructured_mg.synthesis.flow_surface import build_flow_surface
-from unstructured_mg.synthesis.texels import at_texels, cover_texels, locate_texels, to_pixels
+from unstructured_mg.synthesis.texels import at_texels, cover_texels, locate_texels, to_pixels, unbroken
 
 
 def reference_cover(places, height, width):
@@ -53,3 +53,16 @@ def test_texels_of_the_margin_lie_across_the_seam():
     assert np.abs(points[beside, :2] - truth[beside]).max() < 5e-4
     height = (1 - (row + 0.5) / 200 - 0.05) / 0.9
     np.testing.assert_allclose(points[:, 2], height.clip(0, 1), atol=1e-6)
+
+
+def test_texels_beside_another_chart_are_broken_off():
+    """Both halves of a square, swapped in the atlas: they touch in the image where they do not on the surface."""
+    vertices, faces = grid(8, 4)
+    uv = vertices[faces][:, :, :2].copy()
+    left = uv[:, :, 0].mean(axis=1) < 0.5
+    uv[:, :, 0] += np.where(left, 0.5, -0.5)[:, None]
+    surface = build_flow_surface(vertices, faces, uv, 0.05)
+    whole = unbroken(surface, locate_texels(surface, 32, 64, 4))
+    expected = np.ones((32, 64), bool)
+    expected[[0, -1]] = expected[:, [0, 31, 32, 63]] = False
+    np.testing.assert_array_equal(whole, expected)

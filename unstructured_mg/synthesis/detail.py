@@ -10,12 +10,12 @@ from unstructured_mg import _native
 
 # Texels around each over which energies are compared.
 RADIUS = 8
-# Share of the ends' energy that is given back. On captured windows it brings the middle to 0.93 of its ends' sharpness.
-LEVEL = 0.95
+# Share of the ends' energy that is given back. Texels at the rims of charts get nothing: with all of it the middle of
+# captured windows, rims included, has 0.90 (an atlas of many small charts) to 0.97 of its ends' gradient energy.
+LEVEL = 1.0
 # Detail is amplified in proportion to its own strength, up to this many times the local one: edges that averaging has
-# softened regain most, grain least. Of two captures' left-out frames that costs half the colour error of raising all
-# detail alike.
-EDGE = 3.0
+# softened regain most, grain least.
+EDGE = 2.0
 # Factor of amplification above which it would be invention.
 MOST = 4.0
 
@@ -23,7 +23,8 @@ MOST = 4.0
 def detail_energy(image: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Local gradient energy ``(h, w) float32`` of an image (h, w, 3): squared differences of neighbours, averaged.
 
-    Only neighbours that are both ``inside`` (h, w) bool count: the step from chart to chart is no detail.
+    Only neighbours that are both ``inside`` (h, w) bool count: the step from chart to chart is no detail (see
+    ``texels.unbroken``).
     """
     image = np.ascontiguousarray(image, np.float32)
     energy = np.empty(image.shape[:2], np.float32)
@@ -36,6 +37,8 @@ def restore_detail(image: np.ndarray, inside: np.ndarray, first: np.ndarray, sec
 
     Around each texel g e is added to the image, e the detail (what a binomial filter of three texels takes away) times
     min(|e| / local rms, EDGE), g >= 0 such that the energy of the sum is the wanted one, MOST at most.
+
+    Texels that are not ``inside`` stay.
 
     image (h, w, 3) uint8, contiguous; inside (h, w) bool; first, second (h, w) float32, from ``detail_energy`` of both
     ends.

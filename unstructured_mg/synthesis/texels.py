@@ -87,6 +87,31 @@ def locate_texels(surface: FlowSurface, height: int, width: int, margin: int) ->
     )
 
 
+def unbroken(surface: FlowSurface, texels: Texels) -> np.ndarray:
+    """(height, width) bool: texels in charts whose eight neighbours in the image are their neighbours on the surface.
+
+    Charts may touch in the image: two texels count as neighbours where they lie no farther apart than four times the
+    median of all.
+    """
+    chosen = np.flatnonzero(texels.inside)
+    place = np.full((texels.height, texels.width, 3), np.nan)
+    place.reshape(-1, 3)[texels.index[chosen]] = at_texels(surface, texels, surface.vertices)[chosen]
+    steps = [np.linalg.norm(np.diff(place, axis=axis), axis=2) for axis in (1, 0)]
+    known = np.concatenate([step[np.isfinite(step)] for step in steps])
+    farthest = 4 * np.median(known) if len(known) else 0.0
+    # Whether each texel goes on to the right and below; comparing with NaN is False.
+    right, below = np.zeros((2, texels.height, texels.width), bool)
+    right[:, :-1], below[:-1] = steps[0] <= farthest, steps[1] <= farthest
+    left, above = np.zeros_like(right), np.zeros_like(below)
+    left[:, 1:], above[1:] = right[:, :-1], below[:-1]
+    whole = right & below & left & above
+    for onward in (below, above):
+        whole[:, :-1] &= onward[:, 1:]
+        whole[:, 1:] &= onward[:, :-1]
+    whole[:, [0, -1]] = False
+    return whole
+
+
 def at_texels(surface: FlowSurface, texels: Texels, values: np.ndarray) -> np.ndarray:
     """Values (t, d) at texels of what is given at the surface's vertices (n, d), linear in faces."""
     corners = surface.tracing.faces[texels.face]

@@ -20,7 +20,7 @@ from unstructured_mg.synthesis.frames import Frames
 from unstructured_mg.synthesis.images import Image, captured_images, sample, spline_through
 from unstructured_mg.synthesis.project import project_colors, smooth_normals
 from unstructured_mg.synthesis.signals import fill_harmonic, vertex_signals
-from unstructured_mg.synthesis.texels import Texels, at_texels, locate_texels
+from unstructured_mg.synthesis.texels import Texels, at_texels, locate_texels, unbroken
 from unstructured_mg.synthesis.texture_flow import TextureFlow, uv_changes
 from unstructured_mg.synthesis.texture_options import TextureOptions
 from unstructured_mg.tracking.pair import TrackedPair
@@ -148,6 +148,7 @@ def _blend_images(
     measures: dict[str, Any] = {}
     inside = np.zeros((atlas.height, atlas.width), bool)
     inside.reshape(-1)[texels.index[texels.inside]] = True
+    whole = unbroken(surface, texels)
     ends, shown, signals, energies, sharp_ends = [], [], [], [], 0.0
     for name, mesh, position in zip(("start", "end"), meshes, positions, strict=True):
         images = captured_images(mesh, options.texture_size)
@@ -168,7 +169,7 @@ def _blend_images(
         flat[texels.index, :3], flat[texels.index, 3] = colors.clip(0, 255), 1
         _native.fill_unknown(image, atlas.height, atlas.width)
         shown.append(encode_jpeg((image[:, :, :3] + 0.5).astype(np.uint8), options.quality))
-        energies.append(detail_energy(image[:, :, :3], inside))
+        energies.append(detail_energy(image[:, :, :3], whole))
         sharp_ends += gradient_energy(image[:, :, :3], inside) / 2
         end = spline_through(image)
         ends.append(end)
@@ -179,7 +180,7 @@ def _blend_images(
     blended = advect_images(surface, texels, flow.corners, ends[0], ends[1], steps)
     if options.method == "flow":
         for i, image in enumerate(blended, start=1):
-            restore_detail(image, inside, energies[0], energies[1], i / (steps + 1))
+            restore_detail(image, whole, energies[0], energies[1], i / (steps + 1))
     middle = blended[steps // 2] if steps % 2 else blended[steps // 2 - 1 : steps // 2 + 1].mean(axis=0)
     measures["sharpness"] = gradient_energy(middle, inside) / sharp_ends if sharp_ends > 0 else 1.0
     textures = tuple(encode_jpeg(image, options.quality) for image in blended)
