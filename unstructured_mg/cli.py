@@ -191,6 +191,7 @@ def build(
     blend: str | None = None,
     weights: str | None = None,
     texture: str | None = None,
+    graph: str | None = None,
     max_pairs: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
     preview: Flag = False,
     why: Flag = False,
@@ -240,6 +241,9 @@ def build(
         The blend's course over time: cubic or linear.
     texture
         How the texture gets from one window's to the other's: flow, crossfade or none.
+    graph
+        Which transitions are made: local_windows (the best pairs of windows), essential (what the cheapest ways between
+        all frames need, of variable length) or surface (the best one between any two clips).
     max_pairs
         Keep at most so many pairs.
     preview
@@ -274,6 +278,7 @@ def build(
         blend=blend,
         weights=weights,
         texture=texture,
+        graph=graph,
         max_pairs=max_pairs,
     )
     if preview:

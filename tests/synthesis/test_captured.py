@@ -26,7 +26,12 @@ def frames_of(pair, colours):
 
 
 def test_neighbours_at_the_ends_of_both_windows():
-    assert end_steps(2) == [(0, 1), (3, 4), (5, 6), (8, 9)]
+    pair = bending_pair(2)
+    assert end_steps(pair) == [(0, 1), (3, 4), (5, 6), (8, 9)]
+    # Seven source frames and four target frames.
+    warp = np.array([[0, 1, 2, 3, 4, 5, 6], [7, 7, 8, 9, 9, 10, 10]], np.int32)
+    warped = dataclasses.replace(pair, k=3, frames=np.arange(11), warp=warp)
+    assert end_steps(warped) == [(0, 1), (5, 6), (7, 8), (9, 10)]
 
 
 def test_the_largest_change_at_the_ends_counts():

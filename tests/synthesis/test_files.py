@@ -39,7 +39,7 @@ def same(first, second):
         a, b = getattr(first, name), getattr(second, name)
         assert a.dtype == b.dtype
         np.testing.assert_array_equal(a, b)
-    for name in ("source", "target", "k", "textures", "texture_suffix", "alignment", "card"):
+    for name in ("source", "target", "k", "textures", "texture_suffix", "alignment", "card", "ends"):
         assert getattr(first, name) == getattr(second, name)
     assert (first.flow is None) == (second.flow is None)
     if first.flow is not None:
@@ -54,6 +54,11 @@ def same(first, second):
 def test_what_is_written_is_read(tmp_path):
     write_transition(transition(), tmp_path / "a")
     same(read_transition(tmp_path / "a"), transition())
+    assert (transition().leaves, transition().arrives) == (2, 92)
+    warped = transition(ends=(1, 95))
+    write_transition(warped, tmp_path / "warped")
+    same(read_transition(tmp_path / "warped"), warped)
+    assert (warped.leaves, warped.arrives) == (1, 95)
     assert (tmp_path / "a" / "step_-01.jpg").read_bytes() == b"one"
     assert (tmp_path / "a" / "start.jpg").read_bytes() == b"a" and (tmp_path / "a" / "end.jpg").read_bytes() == b"b"
     assert json.loads((tmp_path / "a" / "card.json").read_text()) == transition().card

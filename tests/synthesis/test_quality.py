@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 import trimesh
@@ -15,7 +17,8 @@ def card_of(pair, options, jumps=(0.0, 0.0), change=1.0):
     first, second = windows_of(pair, PlanarRigid(), False)
     steps = blend_postures(pair, PlanarRigid(), options, False)
     weights = WEIGHTS[options.weights](pair.k)
-    return quality.quality_card(steps, first, second, weights, pair.faces, pair.tets, jumps, change)
+    windows = tuple(pair.vertices[window] for window in pair.windows)
+    return quality.quality_card(steps, first, second, windows, weights, pair.faces, pair.tets, jumps, change)
 
 
 def test_volume_of_a_sphere_and_of_an_open_one():
@@ -55,6 +58,15 @@ def test_a_cubic_blend_keeps_the_velocity_and_a_linear_one_does_not():
     cubic, linear = (card_of(pair, SynthesisOptions(weights=name)) for name in ("cubic", "linear"))
     for seam in ("start", "end"):
         assert cubic[seam]["velocity_m"] < 0.35 * linear[seam]["velocity_m"]
+
+
+def test_a_held_frame_does_not_pass_for_the_captures_own_stop():
+    """A warp that holds frames makes the blend halt; the card measures that by how the windows themselves move."""
+    pair = bending_pair(5, np.linspace(0, 0.5, 11), np.linspace(0, 0.5, 11))
+    held = np.array([[0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8], [11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21]], np.int32)
+    straight, halting = (card_of(p, SynthesisOptions()) for p in (pair, dataclasses.replace(pair, warp=held)))
+    assert halting["velocity_change_m"] == straight["velocity_change_m"]
+    assert halting["start"]["velocity_m"] > 20 * straight["start"]["velocity_m"]
 
 
 def test_identical_windows_make_a_blameless_card():

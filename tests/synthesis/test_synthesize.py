@@ -127,3 +127,20 @@ def test_a_seam_that_changes_colour_more_than_the_capture_is_refused():
     assert isinstance(refusal, Refusal)
     assert "the colour jumps at its start" in refusal.reason
     assert refusal.measures["texture_sharpness"] > 0
+
+
+def test_a_warped_pair_leaves_and_arrives_where_its_warp_says():
+    moved = PlanarRigid(0.8, 3.0, -1.0)
+    pair = swaying_pair(moved)
+    # Six source frames and nine target frames in nine steps, the slower one held.
+    kept = np.array([1, 2, 3, 4, 5, 6, *range(9, 18)])
+    warp = np.array([[0, 0, 1, 1, 2, 3, 4, 4, 5], range(6, 15)], np.int32)
+    names = ("frames", "vertices", "cage_vertices", "residual")
+    warped = dataclasses.replace(pair, **{name: getattr(pair, name)[kept] for name in names}, warp=warp)
+    over, back = synthesize(TrackedCapture(warped), warped, dataclasses.replace(ALONE, velocity_jump=1e9))
+    assert over.ends == (pair.frames[1], pair.frames[17]) and back.ends == (pair.frames[9], pair.frames[6])
+    assert len(over.vertices) == len(back.vertices) == 7
+    # Close to the capture at the ends, as far as one step of nine goes.
+    np.testing.assert_allclose(over.vertices[0], pair.vertices[1], atol=0.02)
+    np.testing.assert_allclose(over.alignment.inverse().apply(over.vertices[-1]), pair.vertices[16], atol=0.02)
+    np.testing.assert_allclose(back.vertices[-1], over.alignment.inverse().apply(pair.vertices[6]), atol=0.05)

@@ -80,6 +80,24 @@ class Grown:
         return TexturedMesh(mesh.vertices * (1.5 if index >= 10 else 1.0), mesh.faces)
 
 
+def test_warped_windows_are_tracked_frame_by_frame(capture):
+    """Windows of four and of five frames, one pose held: every frame once, and the steps say what belongs together."""
+    warp = (2, 3, 3, 4, 5), (12, 13, 14, 15, 16)
+    candidate = Candidate(source=3, target=14, score=0.0, yaw=-0.9, k=2, warp=warp)
+    assert candidate.windows == (range(2, 6), range(12, 17))
+    pair = track_pair(capture, candidate, 4, build_cage(capture.read(4), OPTIONS), OPTIONS)
+    assert pair.frames.tolist() == [2, 3, 4, 5, 12, 13, 14, 15, 16]
+    np.testing.assert_array_equal(pair.frames[pair.steps], warp)
+    assert pair.windows == (slice(0, 4), slice(4, 9))
+    straight = track_pair(
+        capture, Candidate(4, 14, 0.0, -0.9, 2), 4, build_cage(capture.read(4), OPTIONS), OPTIONS
+    )
+    shared = np.isin(straight.frames, pair.frames)
+    np.testing.assert_array_equal(
+        straight.vertices[shared], pair.vertices[np.isin(pair.frames, straight.frames[shared])]
+    )
+
+
 def test_a_target_out_of_reach_is_refused_with_the_distance(capture):
     grown = Grown(capture)
     refusal = track_pair(grown, CANDIDATE, 4, build_cage(grown.read(4), OPTIONS), OPTIONS)

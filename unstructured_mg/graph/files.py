@@ -83,10 +83,7 @@ def graph_from_json(data: Mapping[str, Any], capture: Capture) -> MotionGraph:
             f"'unstructured_mg graph', version {FORMAT_VERSION}: build the graph again with this program."
         )
     index = capture.index_of
-    links = tuple(
-        Link(index(t["source"]), index(t["target"]), t["k"], _planar(t["alignment"]), t["cost"])
-        for t in data["transitions"]
-    )
+    links = tuple(_read_link(transition, capture) for transition in data["transitions"])
     edges = tuple(
         Edge(
             e["source"],
@@ -117,6 +114,15 @@ def graph_from_json(data: Mapping[str, Any], capture: Capture) -> MotionGraph:
         ),
         places=places,
     )
+
+
+def _read_link(entry: Mapping[str, Any], capture: Capture) -> Link:
+    source, target, leaves, arrives = (
+        capture.index_of(entry[name]) for name in ("source", "target", "leaves", "arrives")
+    )
+    straight = (leaves, arrives) == (source - entry["k"], target + entry["k"])
+    ends = None if straight else (leaves, arrives)
+    return Link(source, target, entry["k"], _planar(entry["alignment"]), entry["cost"], ends)
 
 
 def _segment(segment: Segment, capture: Capture) -> dict[str, Any]:

@@ -85,9 +85,13 @@ def largest_loop(graph: FrameGraph) -> np.ndarray | None:
 def _check_link(position: int, link: Link, run_of: np.ndarray, seen: set[tuple[int, int]]) -> None:
     if link.k < 1:
         raise ValueError(f"links[{position}].k: expected 1 or more, got {link.k}")
-    for name, frame in (("source", link.source), ("target", link.target)):
-        first, last = frame - link.k, frame + link.k
-        if first < 0 or last >= len(run_of) or run_of[first] < 0 or np.any(run_of[first : last + 1] != run_of[first]):
+    source, target = (range(frame - link.k, frame + link.k + 1) for frame in (link.source, link.target))
+    if link.ends is not None:  # of warped windows only these halves are played
+        source, target = range(link.leaves, link.source + 1), range(link.target, link.arrives + 1)
+    for name, frame, window in (("source", link.source, source), ("target", link.target, target)):
+        first, last = window.start, window.stop - 1
+        inside = 0 <= first <= last < len(run_of) and run_of[first] >= 0
+        if not inside or np.any(run_of[first : last + 1] != run_of[first]):
             raise ValueError(f"links[{position}].{name}: expected frames {first} to {last} in one run, got {frame}")
     if (link.source, link.target) in seen:
         raise ValueError(f"links[{position}]: expected one link from {link.source} to {link.target}, got another")

@@ -2,24 +2,48 @@
 
 from dataclasses import dataclass
 
+CONSTRUCTION_NAMES = ("local_windows", "essential", "surface")
+
 
 @dataclass(frozen=True)
 class GraphOptions:
-    """How transitions are weighed against each other.
+    """Which transitions there are, and how they are weighed against each other.
 
     Attributes
     ----------
+    construction : "local_windows" (P section 4), "essential" (B section 3) or "surface" (H section 3)
+    frame_share : of the essential graph: what a frame counts beside the pose distance (B's alpha), as a share of the
+        threshold of matching. Larger values give shorter ways and more transitions
+    shortest_seconds, longest_seconds : of the essential graph: bounds of a transition's windows (B: 1/3 to 2 seconds)
+    most_candidates : of the essential graph: how many of its transitions, the most used first, may be tried
     alpha : weight of even visits against even choices, 0 to 1 (P section 7.1: 0.08)
     least_share : smallest probability of an out-edge, as a share of an even choice (0 to 1): with two ways out and 0.1,
         each is taken at least once in twenty times. 0 allows transitions that are never taken; ours, P has none.
     cost_weight : frames that a shortest path may grow by to avoid one unit of a transition's cost; 0 counts frames only
     """
 
+    construction: str = "local_windows"
+    frame_share: float = 0.15
+    shortest_seconds: float = 1 / 3
+    longest_seconds: float = 2.0
+    most_candidates: int = 300
     alpha: float = 0.08
     least_share: float = 0.1
     cost_weight: float = 0.0
 
     def __post_init__(self) -> None:
+        if self.construction not in CONSTRUCTION_NAMES:
+            known = ", ".join(CONSTRUCTION_NAMES)
+            raise ValueError(f"construction: expected one of {known}, got {self.construction!r}")
+        if not 0 < self.frame_share < float("inf"):
+            raise ValueError(f"frame_share: expected a positive number, got {self.frame_share!r}")
+        if not 0 < self.shortest_seconds <= self.longest_seconds < float("inf"):
+            raise ValueError(
+                f"longest_seconds: expected at least shortest_seconds, {self.shortest_seconds!r}, and that a positive "
+                f"number, got {self.longest_seconds!r}"
+            )
+        if self.most_candidates < 1:
+            raise ValueError(f"most_candidates: expected 1 or more, got {self.most_candidates!r}")
         for name in ("alpha", "least_share"):
             value = getattr(self, name)
             if not 0 <= value <= 1:

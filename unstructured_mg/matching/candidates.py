@@ -18,7 +18,9 @@ class Candidate:
 
     ``yaw`` (radians) turns the target about the vertical so that it best matches the source;
     ``score`` is the windowed dissimilarity after that turn, in the descriptor's unit (lower is better). Both windows
-    have 2 k + 1 frames, k either side of the centre.
+    have 2 k + 1 frames, k either side of the centre; unless there is a ``warp``: the 2 k + 1 source frames and as many
+    target frames that belong together, each never falling and growing by one at most, the source and target in their
+    middles.
     """
 
     source: int
@@ -26,6 +28,16 @@ class Candidate:
     score: float
     yaw: float
     k: int
+    warp: tuple[tuple[int, ...], tuple[int, ...]] | None = None
+
+    @property
+    def windows(self) -> tuple[range, range]:
+        """The frames of the source's window and of the target's."""
+        if self.warp is not None:
+            source, target = self.warp
+            return range(source[0], source[-1] + 1), range(target[0], target[-1] + 1)
+        source_window, target_window = (range(s - self.k, s + self.k + 1) for s in (self.source, self.target))
+        return source_window, target_window
 
 
 def is_near(candidate: Candidate, accepted: Iterable[Candidate], capture: Capture, options: MatchingOptions) -> bool:
@@ -73,6 +85,11 @@ def rank_candidates(
     """
     scores = np.where(eligible_pairs(capture, dissimilarity, threshold, options), dissimilarity.scores, np.inf)
     scores[scores > threshold] = np.inf
+    return _best_first(spread_pairs(scores, capture, options), dissimilarity)
+
+
+def spread_pairs(scores: np.ndarray, capture: Capture, options: MatchingOptions) -> list[tuple[int, int]]:
+    """The finite pairs of ``scores`` (n, n) that ``rank_candidates`` would choose, then the alternatives near each."""
     separation = _separation(capture, options)
     spacing = max(1, round(separation / 4))
     chosen = _best_apart(scores, separation, None)
@@ -89,7 +106,7 @@ def rank_candidates(
                 break
             listed.append((rows.start + int(row), columns.start + int(column)))
             taken[_box(*listed[-1], spacing)] = True
-    return _best_first(listed, dissimilarity)
+    return listed
 
 
 def nearest_pairs(

@@ -53,6 +53,13 @@ def read_matching(folder: Path) -> Matching:
     return Matching(dissimilarity, candidates, nearest, missing, threshold)
 
 
+def read_candidates(path: Path, frames: int) -> tuple[Candidate, ...]:
+    """Candidates that were written as a JSON list of their attributes; UserError where they are something else."""
+    content: Any = read_json(path)
+    with as_written(path):
+        return tuple(_candidate(entry, frames) for entry in content)
+
+
 def _candidate(entry: Any, frames: int) -> Candidate:
     source, target, k = (entry[key] for key in ("source", "target", "k"))
     if (
@@ -61,4 +68,16 @@ def _candidate(entry: Any, frames: int) -> Candidate:
         or k < 0
     ):
         raise ValueError(f"there are no frames {source} and {target}")
-    return Candidate(source, target, float(entry["score"]), float(entry["yaw"]), k)
+    warp = None if entry["warp"] is None else tuple(tuple(way) for way in entry["warp"])
+    if warp is not None and not _is_warp(warp, source, target, k, frames):
+        raise ValueError(f"the warp of frames {source} and {target} is none")
+    return Candidate(source, target, float(entry["score"]), float(entry["yaw"]), k, warp)
+
+
+def _is_warp(warp: tuple[Any, ...], source: int, target: int, k: int, frames: int) -> bool:
+    if len(warp) != 2 or any(len(way) != 2 * k + 1 for way in warp):
+        return False
+    if any(type(frame) is not int or not 0 <= frame < frames for way in warp for frame in way):
+        return False
+    steps = {b - a for way in warp for a, b in zip(way, way[1:], strict=False)}
+    return steps <= {0, 1} and (warp[0][k], warp[1][k]) == (source, target)

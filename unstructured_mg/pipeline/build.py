@@ -5,19 +5,21 @@ import shutil
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from unstructured_mg.capture.capture import Capture, frame_hash
 from unstructured_mg.capture.reader import open_capture
 from unstructured_mg.errors import UserError
+from unstructured_mg.graph.construction import CONSTRUCTIONS
 from unstructured_mg.graph.files import graph_to_json
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
+from unstructured_mg.graph.options import GraphOptions
 from unstructured_mg.graph.places import Places
 from unstructured_mg.matching.candidates import Candidate
-from unstructured_mg.matching.files import read_matching, write_matching
+from unstructured_mg.matching.files import read_candidates, read_matching, write_matching
 from unstructured_mg.matching.match import Matching, match
 from unstructured_mg.pipeline.choices import CHOICES_FILE, Choices, chosen_candidates, read_choices
 from unstructured_mg.pipeline.cluster import ClusterPool
@@ -34,7 +36,7 @@ from unstructured_mg.pipeline.store import Store, user_errors
 from unstructured_mg.pipeline.timings import Timings
 from unstructured_mg.synthesis.files import read_card, read_floor_centres
 
-VERSIONS = {"reading": 1, "matching": 4, "outcomes": 2, "graph": 2}
+VERSIONS = {"reading": 1, "matching": 4, "outcomes": 2, "graph": 2, "candidates": 1}
 
 
 def build(
@@ -70,6 +72,7 @@ def build(
             choices = read_choices(work / CHOICES_FILE, capture, options.max_pairs)
             read = preview_capture(capture) if options.preview else capture
             matching = _match(store, pool, read, options, progress, timings)
+            matching = _choose(store, pool, read, matching, options, progress, timings)
             candidates = chosen_candidates(choices, matching, capture, work / CHOICES_FILE)
             outcomes = _pairs(store, pool, read, candidates, choices, options, progress, timings)
             _graph(store, pool, capture, outcomes, options, progress, timings)
@@ -165,6 +168,33 @@ def _match(
     return read_matching(store.path("matching"))
 
 
+def _choose(
+    store: Store,
+    pool: Pool,
+    capture: Capture,
+    matching: Matching,
+    options: BuildOptions,
+    progress: StageProgress,
+    timings: Timings,
+) -> Matching:
+    """The matching with the candidates of the wanted construction."""
+    name = options.graph.construction
+    if name == GraphOptions.construction:
+        return matching
+    inputs = {
+        "stage": "candidates",
+        "stage_version": VERSIONS["candidates"],
+        "matching": (store.manifest("matching") or {}).get("key"),
+        "graph": asdict(options.graph),
+    }
+    if store.find("candidates.json", inputs) is None:
+        with progress.stage("choosing transitions"), timings.wall("candidates"), _worker_death("choosing transitions"):
+            choose = CONSTRUCTIONS[name].choose
+            found = choose(capture, matching, options.matching, options.graph, pool.executor)
+        store.commit_json("candidates.json", inputs, [asdict(candidate) for candidate in found])
+    return replace(matching, candidates=read_candidates(store.path("candidates.json"), len(capture)))
+
+
 def _pairs(
     store: Store,
     pool: Pool | ClusterPool,
@@ -228,12 +258,20 @@ def _graph(
     for name, (s, t, pair) in zip(names, ways, strict=True):
         folder = store.path(name)
         alignment, card = read_card(folder)
-        links.append(Link(s, t, pair.k, alignment, pair.score))
+        links.append(Link(s, t, pair.k, alignment, pair.score, _ends(pair, s != pair.source)))
         steps.append(read_floor_centres(folder))
         cards[s, t] = card
     with progress.stage("graph and probabilities"), timings.wall("graph"):
         graph = build_graph(capture, links, options.graph, Places(places, tuple(steps)))
     store.commit_json("graph.json", inputs, graph_to_json(graph, capture, cards))
+
+
+def _ends(candidate: Candidate, reverse: bool) -> tuple[int, int] | None:
+    """The frames that one direction of a warped pair leaves and arrives at."""
+    if candidate.warp is None:
+        return None
+    leaving, meeting = candidate.warp[::-1] if reverse else candidate.warp
+    return leaving[0], meeting[-1]
 
 
 def _outcome_row(capture: Capture, outcome: Outcome) -> dict[str, Any]:
@@ -244,6 +282,7 @@ def _outcome_row(capture: Capture, outcome: Outcome) -> dict[str, Any]:
         "score": candidate.score,
         "yaw": candidate.yaw,
         "k": candidate.k,
+        "warp": None if candidate.warp is None else [list(map(capture.frame_id, way)) for way in candidate.warp],
         "status": "kept" if refusal is None else "refused",
         "refusal": None if refusal is None else asdict(refusal),
     }

@@ -52,6 +52,7 @@ NAMES = {
     "blend": ("synthesis", "blend"),
     "weights": ("synthesis", "weights"),
     "texture": ("synthesis", "texture"),
+    "graph": ("graph", "construction"),
 }
 ROOMS = {
     "matching": MatchingOptions,

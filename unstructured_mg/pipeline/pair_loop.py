@@ -9,7 +9,8 @@ from typing import Any
 
 from unstructured_mg.capture.capture import Capture, frame_hash
 from unstructured_mg.errors import Refusal
-from unstructured_mg.matching.candidates import Candidate, is_near
+from unstructured_mg.graph.construction import CONSTRUCTIONS
+from unstructured_mg.matching.candidates import Candidate
 from unstructured_mg.pipeline import tasks
 from unstructured_mg.pipeline.choices import CHOICES_FILE, NO_CHOICES, Choices
 from unstructured_mg.pipeline.cluster import ClusterPool
@@ -75,10 +76,11 @@ class PairLoop:
     def run(self, candidates: tuple[Candidate, ...], advance: Advance) -> list[Outcome]:
         """Decide all candidates; what was tried comes back in ranked order."""
         options, pins = self.options, self.choices.pins
+        construction = CONSTRUCTIONS[options.graph.construction]
 
         def near(candidate: Candidate, others: list[Candidate]) -> bool:
             pinned = (candidate.source, candidate.target) in pins
-            return not pinned and is_near(candidate, others, self.capture, options.matching)
+            return not pinned and construction.is_near(candidate, others, self.capture, options.matching)
 
         shutil.rmtree(self.store.root / TRACEBACKS, ignore_errors=True)
         selection = GreedySelection(candidates, near, options.retries, options.max_pairs)
@@ -105,12 +107,11 @@ class PairLoop:
     def inputs(self, candidate: Candidate, group: str) -> dict[str, Any]:
         """What a candidate's artefact of ``group`` is made from."""
         k, capture = candidate.k, self.capture
-        window = [*range(candidate.source - k, candidate.source + k + 1)]
-        window += range(candidate.target - k, candidate.target + k + 1)
+        own, other = candidate.windows
         inputs: dict[str, Any] = {
             "stage": group,
             "stage_version": VERSIONS[group],
-            "frames": [frame_hash(capture, i) for i in window],
+            "frames": [frame_hash(capture, i) for i in (*own, *other)],
             "unit": capture.unit,
             "up": capture.up,
             "floor": capture.floor,
@@ -119,6 +120,8 @@ class PairLoop:
             "tracking": asdict(self.options.tracking),
             **preview_inputs(self.options),
         }
+        if candidate.warp is not None:
+            inputs["warp"] = [[frame - way[0] for frame in way] for way in candidate.warp]
         if group == "transitions":
             inputs["synthesis"] = asdict(self.options.synthesis)
         return inputs

@@ -89,6 +89,7 @@ def report_data(work: Work) -> ReportData:
             link.cost,
             cards[capture.frame_id(link.source), capture.frame_id(link.target)],
             index in used,
+            link.ends,
         )
         for index, link in enumerate(graph.links)
     )
@@ -134,7 +135,9 @@ def _capture_rows(work: Work) -> tuple[tuple[str, str], ...]:
 
 def _pair(work: Work, row: dict[str, Any]) -> PairOutcome:
     source, target = work.capture.index_of(row["source"]), work.capture.index_of(row["target"])
-    candidate = Candidate(source, target, row["score"], row["yaw"], row["k"])
+    ways = [tuple(map(work.capture.index_of, way)) for way in row["warp"] or ()]
+    warp = (ways[0], ways[1]) if ways else None
+    candidate = Candidate(source, target, row["score"], row["yaw"], row["k"], warp)
     if row["refusal"] is None:
         return PairOutcome(candidate, "kept")
     refusal = Refusal(**row["refusal"])

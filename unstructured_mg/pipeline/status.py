@@ -16,9 +16,20 @@ from unstructured_mg.pipeline.tasks import read_refusal
 from unstructured_mg.pipeline.timings import Timings
 
 # Artefacts that are one a work folder, and those that are one a pair or transition, in the order of the build.
-SINGLE = ("capture.json", "matching", "outcomes.json", "graph.json")
+SINGLE = ("capture.json", "matching", "candidates.json", "outcomes.json", "places.json", "graph.json")
 GROUPS = ("cages", "pairs", "transitions", "pictures")
-ORDER = ("capture.json", "matching", "cages", "pairs", "transitions", "outcomes.json", "graph.json", "pictures")
+ORDER = (
+    "capture.json",
+    "matching",
+    "candidates.json",
+    "cages",
+    "pairs",
+    "transitions",
+    "outcomes.json",
+    "places.json",
+    "graph.json",
+    "pictures",
+)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def render_transition_pictures(capture: Capture, transition: Transition) -> Tran
     so that what moves in them moves in the scene. Reads up to eight captured frames.
     """
     k, name = transition.k, capture.frame_id
-    first, last = transition.source - k, transition.target + k
+    first, last = transition.leaves, transition.arrives
     before = [index for index in _same_run(capture, first) if first - CONTEXT < index <= first]
     after = [index for index in _same_run(capture, last) if last <= index < last + CONTEXT]
     # Beside those that are shown: the captured neighbours that the synthesized frames stand in for.

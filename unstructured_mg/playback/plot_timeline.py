@@ -29,7 +29,7 @@ def plot_timeline(capture: Capture, covered: np.ndarray | None, transitions: Seq
     transitions : the arcs
     """
     axis = frame_axis(capture, SIDE, WIDTH - SIDE)
-    ways = [(entry, axis.x[entry.source - entry.k], axis.x[entry.target + entry.k]) for entry in transitions]
+    ways = [(entry, axis.x[entry.leaves], axis.x[entry.arrives]) for entry in transitions]
     longest = max((abs(end - start) for _, start, end in ways), default=1.0)
     above = max((_height(end - start, longest) for _, start, end in ways if end > start), default=0.0)
     below = max((_height(end - start, longest) for _, start, end in ways if end <= start), default=0.0)
@@ -45,7 +45,7 @@ def plot_timeline(capture: Capture, covered: np.ndarray | None, transitions: Seq
         color = colors[entry.source, entry.target]
         top = at(ground - 4 / 3 * height)
         path = f"M{at(start)} {at(ground)}C{at(start)} {top} {at(end)} {top} {at(end)} {at(ground)}"
-        source, target = axis.ids[entry.source - entry.k], axis.ids[entry.target + entry.k]
+        source, target = axis.ids[entry.leaves], axis.ids[entry.arrives]
         text = (
             f"frame {source} to frame {target}, through {axis.ids[entry.source]} and {axis.ids[entry.target]}, "
             f"cost {number(entry.cost)}{'' if entry.in_graph else ', outside the graph'}"

@@ -253,8 +253,8 @@ def _way(data: ReportData, entry: TransitionEntry) -> str:
     pictures = data.pictures(entry.source, entry.target)
     return (
         f'<section class="way"><h4>{escape(name(entry.source))} to {escape(name(entry.target))} {badge}</h4>'
-        f'<p class="numbers">leaves at frame {escape(name(entry.source - entry.k))}, {2 * entry.k - 1} synthesized '
-        f"frames, arrives at frame {escape(name(entry.target + entry.k))}; cost {number(entry.cost)}; the target is "
+        f'<p class="numbers">leaves at frame {escape(name(entry.leaves))}, {2 * entry.k - 1} synthesized '
+        f"frames, arrives at frame {escape(name(entry.arrives))}; cost {number(entry.cost)}; the target is "
         f"turned by {_degrees(entry.alignment.yaw)} and moved by {length(shift)}</p>"
         f'<div class="play">{_film(pictures)}{_quality(data, entry)}</div>{_sheet(pictures)}'
         f'<div class="seams">{_seam("First seam", pictures.start)}{_seam("Last seam", pictures.end)}</div></section>\n'

@@ -36,6 +36,7 @@ class TransitionEntry:
     cost : lower is better
     card : the quality card, JSON-ready
     in_graph : whether the graph's strongly connected part plays it
+    ends : the frames that it leaves and arrives at; None where these are ``source - k`` and ``target + k``
     """
 
     source: int
@@ -45,6 +46,17 @@ class TransitionEntry:
     cost: float
     card: dict[str, Any]
     in_graph: bool
+    ends: tuple[int, int] | None = None
+
+    @property
+    def leaves(self) -> int:
+        """The captured frame that is shown before it."""
+        return self.source - self.k if self.ends is None else self.ends[0]
+
+    @property
+    def arrives(self) -> int:
+        """The captured frame that is shown after it."""
+        return self.target + self.k if self.ends is None else self.ends[1]
 
 
 @dataclass(frozen=True)

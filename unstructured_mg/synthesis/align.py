@@ -33,8 +33,7 @@ def align_windows(pair: TrackedPair) -> PlanarRigid:
     by how fast the blend goes on at that step: the way that it would slide. All that stands through the whole windows
     would weigh CONTACT_WEIGHT times as much as the bodies. Swapping source and target gives the inverse motion.
     """
-    half = 2 * pair.k + 1
-    source, target = pair.vertices[pair.k], pair.vertices[half + pair.k]
+    source, target = pair.vertices[pair.steps[:, pair.k]]
     areas = masses = vertex_areas(source, pair.faces) + vertex_areas(target, pair.faces)
     heights = source[:, 2] + target[:, 2]
     variance = masses @ heights**2 / masses.sum()

@@ -29,13 +29,13 @@ BLENDS: dict[str, Callable[[Template], Blend]] = {
 
 
 def windows_of(pair: TrackedPair, alignment: PlanarRigid, reverse: bool) -> tuple[list[Posture], list[Posture]]:
-    """Both windows, first the one that a transition leaves, both in the place of the one it leaves.
+    """What is blended at each step: postures of the window that a transition leaves, then of the one it meets, both in
+    the place of the one it leaves.
 
     ``alignment`` takes the target's place to the source's; ``reverse`` asks for the transition from target to source.
     """
-    half = 2 * pair.k + 1
     shapes = list(zip(pair.vertices, pair.cage_vertices, strict=True))
-    first, second = shapes[:half], shapes[half:]
+    first, second = ([shapes[position] for position in steps] for steps in pair.steps)
     if reverse:
         first, second, alignment = second, first, alignment.inverse()
     return (

@@ -16,10 +16,10 @@ from unstructured_mg.tracking.pair import TrackedPair
 SAMPLES = 4000
 
 
-def end_steps(k: int) -> list[tuple[int, int]]:
+def end_steps(pair: TrackedPair) -> list[tuple[int, int]]:
     """Positions of neighbouring frames at both ends of both windows, where transitions begin and end."""
-    half = 2 * k + 1
-    return [(start + offset, start + offset + 1) for start in (0, half) for offset in (0, half - 2)]
+    firsts = [first for window in pair.windows for first in (window.start, window.stop - 2)]
+    return [(first, first + 1) for first in firsts]
 
 
 def surface_distance(
@@ -40,7 +40,7 @@ def _samples(surface: ClosestPoints) -> np.ndarray:
 def surface_change(frames: Frames, pair: TrackedPair) -> float:
     """The capture's largest change of surface (metres) from frame to frame at the windows' ends."""
     changes = []
-    for positions in end_steps(pair.k):
+    for positions in end_steps(pair):
         first, second = (frames.read(int(pair.frames[i])) for i in positions)
         changes.append(surface_distance(first.vertices, first.faces, second.vertices, second.faces))
     return max(changes)
@@ -52,7 +52,7 @@ def colour_change(frames: Frames, pair: TrackedPair, options: TextureOptions) ->
     Mean absolute difference, in sRGB grey levels, at the tracked vertices that both frames give a colour, by area.
     """
     changes = []
-    for positions in end_steps(pair.k):
+    for positions in end_steps(pair):
         found = [_vertex_colours(frames.read(int(pair.frames[i])), pair, i, options) for i in positions]
         if found[0] is None or found[1] is None:
             return None

@@ -24,7 +24,7 @@ _GEOMETRY: dict[str, Expected] = {
     "alignment": ("float64", (3,), None),
     "window": ("int64", (3,), None),
 }
-_STEP_COLORS: dict[str, Expected] = {"colors": ("uint8", ("steps", "n", 3), None)}
+_OPTIONAL: dict[str, Expected] = {"colors": ("uint8", ("steps", "n", 3), None), "ends": ("int64", (2,), None)}
 _FLOW: dict[str, Expected] = {
     "reference": ("float32", ("n", 3), None),
     "displacement": ("float32", ("n", 3), None),
@@ -44,8 +44,8 @@ def write_transition(transition: Transition, folder: Path) -> None:
     Where there is a flow, ``flow.npz`` holds it, with ``start.jpg`` and ``end.jpg`` beside it where there are images.
 
     ``geometry.npz`` (never pickled) holds ``vertices``, ``faces``, ``uv``, ``face_uv``, ``alignment`` (yaw in
-    radians, x and y in metres), ``window`` (source, target, k) and, where there are any, ``colors``. ``card.json`` is
-    the quality card.
+    radians, x and y in metres), ``window`` (source, target, k) and, where there are any, ``colors`` and ``ends``.
+    ``card.json`` is the quality card.
     """
     folder.mkdir(parents=True, exist_ok=True)
     arrays = {
@@ -58,6 +58,8 @@ def write_transition(transition: Transition, folder: Path) -> None:
     }
     if transition.colors is not None:
         arrays["colors"] = transition.colors
+    if transition.ends is not None:
+        arrays["ends"] = np.array(transition.ends, dtype=np.int64)
     np.savez(folder / "geometry.npz", **arrays)  # type: ignore[arg-type]
     for step, image in zip(range(-transition.k + 1, transition.k), transition.textures, strict=False):
         (folder / (step_name(step) + transition.texture_suffix)).write_bytes(image)
@@ -126,6 +128,7 @@ def read_transition(folder: Path) -> Transition:
         PlanarRigid(*(float(number) for number in arrays["alignment"])),
         _read_card(folder),
         flow,
+        (int(arrays["ends"][0]), int(arrays["ends"][1])) if "ends" in arrays else None,
     )
 
 
@@ -144,7 +147,7 @@ def _read_card(folder: Path) -> dict[str, Any]:
 
 
 def _read_geometry(folder: Path) -> dict[str, np.ndarray]:
-    arrays = read_arrays(folder / "geometry.npz", _GEOMETRY, _STEP_COLORS)
+    arrays = read_arrays(folder / "geometry.npz", _GEOMETRY, _OPTIONAL)
     with as_written(folder / "geometry.npz"):
         for name in ("vertices", "uv", "alignment"):
             if not np.isfinite(arrays[name]).all():

@@ -119,6 +119,7 @@ def quality_card(
     steps: list[Posture],
     first: list[Posture],
     second: list[Posture],
+    windows: tuple[np.ndarray, np.ndarray],
     weights: np.ndarray,
     faces: np.ndarray,
     tets: np.ndarray,
@@ -127,10 +128,11 @@ def quality_card(
 ) -> dict[str, Any]:
     """The card, JSON-ready.
 
-    ``steps``, ``first`` and ``second`` are the ``2k+1`` postures of the transition and of the two windows, all in one
-    place; ``surface_jumps`` the distances (metres) between the captured and the synthesized frame at the start and at
-    the end; ``surface_change`` the capture's own between the neighbours that were read, to which the tracked windows'
-    motion along the normals is joined. What colours and textures add comes by ``with_texture``.
+    ``steps``, ``first`` and ``second`` are the ``2k+1`` postures of the transition and of what it is blended from, and
+    ``windows`` the surfaces (m, n, 3) of the two windows frame by frame (the same where no frame is held or left out),
+    all in one place; ``surface_jumps`` the distances (metres) between the captured and the synthesized frame at the
+    start and at the end; ``surface_change`` the capture's own between the neighbours that were read, to which the
+    tracked windows' motion along the normals is joined. What colours and textures add comes by ``with_texture``.
 
     Keys: ``start`` and ``end`` hold, for each seam, ``surface_m``, ``velocity_m`` (a frame), ``colour_levels`` (sRGB
     grey levels) and the ratios ``surface``, ``velocity`` and ``colour`` to the capture's own largest change
@@ -142,13 +144,14 @@ def quality_card(
         np.stack([posture.surface for posture in postures]) for postures in (steps, first, second)
     )
     masses = vertex_areas(surfaces[0], faces) + vertex_areas(surfaces[-1], faces)
-    first_speed, first_turn = window_changes(first_surfaces, masses)
-    second_speed, second_turn = window_changes(second_surfaces, masses)
-    surface_change = max(surface_change, normal_change(first_surfaces, faces), normal_change(second_surfaces, faces))
+    before, after = windows
+    first_speed, first_turn = window_changes(before, masses)
+    second_speed, second_turn = window_changes(after, masses)
+    surface_change = max(surface_change, normal_change(before, faces), normal_change(after, faces))
     velocity_change = max(first_turn, second_turn)
     velocity_jumps = (
-        root_mean_square((surfaces[1] - surfaces[0]) - (first_surfaces[1] - first_surfaces[0]), masses),
-        root_mean_square((surfaces[-1] - surfaces[-2]) - (second_surfaces[-1] - second_surfaces[-2]), masses),
+        root_mean_square((surfaces[1] - surfaces[0]) - (before[1] - before[0]), masses),
+        root_mean_square((surfaces[-1] - surfaces[-2]) - (after[-1] - after[-2]), masses),
     )
     shares = [intersecting_share(surfaces[i], faces) for i in (0, len(surfaces) // 2, -1)]
     seams = {

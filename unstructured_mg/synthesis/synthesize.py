@@ -80,13 +80,14 @@ class _Way:
     second: list[Posture]
     steps: list[Posture]
     surface_jumps: tuple[float, float]
+    windows: tuple[np.ndarray, np.ndarray]
 
 
 def _blend_way(
     frames: Frames, pair: TrackedPair, alignment: PlanarRigid, blend: Blend, options: SynthesisOptions, reverse: bool
 ) -> _Way:
-    half = 2 * pair.k + 1
-    start, end = (half, half - 1) if reverse else (0, 2 * half - 1)
+    leaving, meeting = pair.steps[::-1] if reverse else pair.steps
+    start, end = int(leaving[0]), int(meeting[-1])
     to_start = alignment.inverse() if reverse else alignment
     first, second = windows_of(pair, alignment, reverse)
     steps = blend_postures(pair, alignment, options, reverse, blend)
@@ -97,13 +98,17 @@ def _blend_way(
         surface_distance(before.vertices, before.faces, steps[1].surface, pair.faces),
         surface_distance(to_start.apply(after.vertices), after.faces, steps[-2].surface, pair.faces),
     )
-    return _Way(reverse, start, end, to_start, first, second, steps, jumps)
+    whole = [pair.vertices[window] for window in pair.windows]
+    if reverse:
+        whole.reverse()
+    windows = whole[0], to_start.apply(whole[1])
+    return _Way(reverse, start, end, to_start, first, second, steps, jumps, windows)
 
 
 def _geometry_card(way: _Way, pair: TrackedPair, options: SynthesisOptions, own_surface: float) -> dict[str, Any]:
     weights = WEIGHTS[options.weights](pair.k)
     return quality_card(
-        way.steps, way.first, way.second, weights, pair.faces, pair.tets, way.surface_jumps, own_surface
+        way.steps, way.first, way.second, way.windows, weights, pair.faces, pair.tets, way.surface_jumps, own_surface
     )
 
 
@@ -129,6 +134,7 @@ def _transition(way: _Way, pair: TrackedPair, texture: TextureBlend, card: dict[
         way.alignment,
         card,
         texture.flow,
+        None if pair.warp is None else (int(pair.frames[way.start]), int(pair.frames[way.end])),
     )
 
 

@@ -30,6 +30,7 @@ class Transition:
     alignment : target's place to source's place
     card : the quality card, JSON-ready
     flow : both end textures and the flow between them, for players that warp; None without any colour
+    ends : the frames that it leaves and arrives at; None where these are ``source - k`` and ``target + k``
     """
 
     source: int
@@ -45,3 +46,14 @@ class Transition:
     alignment: PlanarRigid
     card: dict[str, Any]
     flow: TextureFlow | None = None
+    ends: tuple[int, int] | None = None
+
+    @property
+    def leaves(self) -> int:
+        """The captured frame that is shown before it."""
+        return self.source - self.k if self.ends is None else self.ends[0]
+
+    @property
+    def arrives(self) -> int:
+        """The captured frame that is shown after it."""
+        return self.target + self.k if self.ends is None else self.ends[1]

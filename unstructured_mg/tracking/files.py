@@ -22,7 +22,7 @@ _ARRAYS: dict[str, Expected] = {
     "weights": ("float64", ("n", 4), None),
     "residual": ("float64", ("f", "n", 3), None),
 }
-_OPTIONAL: dict[str, Expected] = {"face_material": ("int32", ("m",), None), "measure_*": ("float64", ("f",), None)}
+_OPTIONAL: dict[str, Expected] = {"face_material": ("int32", ("m",), None), "measure_*": ("float64", ("f",), None), "warp": ("int32", (2, "steps"), "f")}
 _VALUES = {"source": int, "target": int, "k": int, "template": int, "yaw": float}
 
 
@@ -31,6 +31,8 @@ def write_pair(pair: TrackedPair, capture: Capture, folder: Path) -> None:
     arrays = {name: getattr(pair, name) for name in _ARRAYS}
     if pair.face_material is not None:
         arrays["face_material"] = pair.face_material
+    if pair.warp is not None:
+        arrays["warp"] = pair.warp
     arrays |= {f"measure_{name}": values for name, values in sorted(pair.measures.items())}
     np.savez(folder / "tracked.npz", **arrays)
     values = {name: getattr(pair, name) for name in _VALUES}
@@ -49,5 +51,6 @@ def read_pair(folder: Path) -> TrackedPair:
         **values,
         **{name: arrays[name] for name in _ARRAYS},
         face_material=arrays.get("face_material"),
+        warp=arrays.get("warp"),
         measures={name[8:]: array for name, array in arrays.items() if name.startswith("measure_")},
     )

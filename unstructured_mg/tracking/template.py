@@ -11,9 +11,8 @@ from unstructured_mg.tracking.surface import clean_surface
 
 
 def window_frames(candidate: Candidate) -> np.ndarray:
-    """The (4 k + 2,) int32 frame indices of a pair: s-k .. s+k, then t-k .. t+k."""
-    offsets = np.arange(-candidate.k, candidate.k + 1)
-    return np.concatenate([candidate.source + offsets, candidate.target + offsets]).astype(np.int32)
+    """The int32 frame indices of a pair: the source's window, then the target's."""
+    return np.concatenate([np.arange(window.start, window.stop) for window in candidate.windows]).astype(np.int32)
 
 
 def template_rank(vertices: np.ndarray, faces: np.ndarray, debris_share: float) -> tuple[int, int, float]:

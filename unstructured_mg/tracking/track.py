@@ -122,13 +122,13 @@ class TemplateTracker:
 def track_pair(
     capture: Capture, candidate: Candidate, template: int, cage: Cage, options: TrackingOptions
 ) -> TrackedPair | Refusal:
-    """Fit one template to all 4 k + 2 frames of a pair, or say why not.
+    """Fit one template to all frames of a pair, or say why not.
 
     ``template`` is a frame index of the pair, ``cage`` from ``build_cage`` of that frame. A trial of frame s's own
     surface against t comes first: most pairs that will be refused then cost one registration. Then the template goes
     from its frame outwards through its window, across between s and t, and outwards through the other window.
     """
-    frames, k = window_frames(candidate), candidate.k
+    frames = window_frames(candidate)
     if template not in frames:
         raise ValueError(f"template: expected one of the pair's frames, got {template}")
     source, target = candidate.source, candidate.target
@@ -144,9 +144,11 @@ def track_pair(
         return refusal
     tracker = TemplateTracker(read(template), cage, options)
     states = {template: tracker.at_rest(tracker.target(read(template)))}
-    home = source if abs(template - source) <= k else target
-    away = target if home == source else source
-    for order in (_outwards(template, home, k), [(home, away)], _outwards(away, away, k)):
+    inside, outside = candidate.windows
+    home, away = source, target
+    if template not in inside:
+        home, away, inside, outside = target, source, outside, inside
+    for order in (_outwards(template, inside), [(home, away)], _outwards(away, outside)):
         for before, frame in order:
             goal = tracker.target(meshes.pop(frame) if frame in meshes else capture.read(frame))
             start = states[before].cage
@@ -203,13 +205,21 @@ def _pair(
         residual=np.stack([state.residual for state in states]),
         yaw=candidate.yaw,
         measures=measures,
+        warp=None if candidate.warp is None else _positions(candidate),
     )
 
 
-def _outwards(first: int, centre: int, k: int) -> list[tuple[int, int]]:
-    """(tracked, next) pairs from ``first`` to both ends of the window around ``centre``."""
-    up = [(frame, frame + 1) for frame in range(first, centre + k)]
-    down = [(frame, frame - 1) for frame in range(first, centre - k, -1)]
+def _positions(candidate: Candidate) -> np.ndarray:
+    """A warp's frames as positions among the pair's."""
+    assert candidate.warp is not None
+    (source, target), (own, other) = candidate.warp, candidate.windows
+    return np.array([np.subtract(source, own.start), np.subtract(target, other.start) + len(own)], np.int32)
+
+
+def _outwards(first: int, window: range) -> list[tuple[int, int]]:
+    """(tracked, next) pairs from ``first`` to both ends of the window around it."""
+    up = [(frame, frame + 1) for frame in range(first, window.stop - 1)]
+    down = [(frame, frame - 1) for frame in range(first, window.start, -1)]
     return up + down
 
 
