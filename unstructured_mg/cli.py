@@ -192,6 +192,8 @@ def build(
     weights: str | None = None,
     texture: str | None = None,
     graph: str | None = None,
+    probabilities: str | None = None,
+    visit: Annotated[tuple[str, ...] | None, Parameter(negative=())] = None,
     max_pairs: Annotated[int | None, Parameter(validator=AtLeastOne)] = None,
     preview: Flag = False,
     why: Flag = False,
@@ -244,6 +246,12 @@ def build(
     graph
         Which transitions are made: local_windows (the best pairs of windows), essential (what the cheapest ways between
         all frames need, of variable length) or surface (the best one between any two clips).
+    probabilities
+        How random walks choose: choice (as evenly as possible) or entropy (as unpredictably as possible), both so that
+        frames are visited as often as is wanted of them.
+    visit
+        CLIP=WEIGHT, FRAME=WEIGHT or FRAME..FRAME=WEIGHT: how often these are wanted in random walks, where others have
+        weight 1. May be given several times; only the graph is made again.
     max_pairs
         Keep at most so many pairs.
     preview
@@ -279,6 +287,8 @@ def build(
         weights=weights,
         texture=texture,
         graph=graph,
+        probabilities=probabilities,
+        visit=visit,
         max_pairs=max_pairs,
     )
     if preview:

@@ -25,9 +25,9 @@ def matching(seed=0, threshold=0.2):
     scores[~(centres[:, None] & centres)] = np.nan
     yaw = np.where(np.isnan(scores), np.nan, np.subtract.outer(np.arange(COUNT), np.arange(COUNT)) / 100)
     k = np.where(np.isnan(scores), 0, 2).astype(np.int16)
-    found = Dissimilarity(scores, yaw.astype(np.float32), k, 1.8)
+    found = Dissimilarity(scores, yaw.astype(np.float32), k, 1.8, "m")
     ranked = rank_candidates(CAPTURE, found, threshold, OPTIONS)
-    return Matching(found, ranked, nearest_pairs(CAPTURE, found, OPTIONS), threshold)
+    return Matching(found, ranked, nearest_pairs(CAPTURE, found, threshold, OPTIONS), (), threshold)
 
 
 def chosen(name, seed=0, graph=GRAPH, threshold=0.2):
@@ -47,7 +47,7 @@ def test_local_windows_are_those_of_matching():
 @pytest.mark.parametrize("seed", range(3))
 def test_a_surface_graph_joins_every_two_clips_at_their_best(seed):
     found, given = chosen("surface", seed), matching(seed)
-    eligible = eligible_pairs(CAPTURE, given.dissimilarity, OPTIONS)
+    eligible = eligible_pairs(CAPTURE, given.dissimilarity, given.threshold, OPTIONS)
     clip = np.array([frame.clip for frame in CAPTURE.frames])
     near = CONSTRUCTIONS["surface"].is_near
     accepted: list[Candidate] = []
@@ -74,7 +74,8 @@ def test_essential_candidates_are_warps_within_the_threshold(seed):
     for candidate in found:
         source, target = candidate.warp
         k = candidate.k
-        assert len(source) == len(target) == 2 * k + 1 and (source[k], target[k]) == (candidate.source, candidate.target)
+        assert len(source) == len(target) == 2 * k + 1
+        assert (source[k], target[k]) == (candidate.source, candidate.target)
         assert candidate.source < candidate.target
         assert candidate.yaw == pytest.approx(given.dissimilarity.yaw[candidate.source, candidate.target])
         paid = [float(scores[pair]) for pair in zip(source, target, strict=True)]

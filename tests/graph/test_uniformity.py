@@ -7,6 +7,7 @@ from toy_graph import frame_successors, random_case
 from unstructured_mg.geometry.planar import PlanarRigid
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.motion_graph import build_graph
+from unstructured_mg.graph.options import GraphOptions
 from unstructured_mg.graph.uniformity import obstacle_sentence
 
 
@@ -69,3 +70,45 @@ def test_the_ends_of_a_loop_are_named():
     assert obstacle_sentence(comes, capture) == (
         "Frames 16 and 62 are reached only from frame 61, so it is visited as often as both together."
     )
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_with_weights_too_obstacles_are_found_exactly_where_no_such_flow_exists(seed):
+    capture, links = random_case(seed, 40, 2 + seed % 3, k=2)
+    whole = build_graph(capture, links)
+    ways, frames = captured_ways(whole, capture), whole.frames.tolist()
+    random = np.random.default_rng(seed)
+    balance = np.zeros((2 * len(frames), len(ways)))
+    for column, (a, b) in enumerate(ways):
+        balance[frames.index(a), column] = balance[len(frames) + frames.index(b), column] = 1
+    # Half of the weights are those of a walk, so that they can be met.
+    weights = random.uniform(0.5, 2, len(frames))
+    if seed % 2:
+        position = {int(frame): index for index, frame in enumerate(whole.frames)}
+        weights = np.array([whole.visits[position[f]] for f in frames])
+    wishes = tuple(f"{capture.frame_id(f)}={w!r}" for f, w in zip(frames, weights.tolist(), strict=True))
+    graph = build_graph(capture, links, GraphOptions(visits=wishes))
+    wanted = np.tile(weights / weights.sum(), 2)
+    missed = linprog(
+        np.r_[np.zeros(len(ways)), np.ones(2 * len(wanted))],
+        A_eq=np.hstack([balance, np.eye(len(wanted)), -np.eye(len(wanted))]),
+        b_eq=wanted,
+    ).fun
+    assert (graph.obstacles == ()) == (missed < 1e-4)
+    for obstacle in graph.obstacles:
+        near, far = (0, 1) if obstacle.leads_to else (1, 0)
+        assert {way[far] for way in ways if way[near] in obstacle.crowd} == set(obstacle.narrow)
+        share = dict(zip(frames, wanted, strict=False))
+        excess = sum(share[f] for f in obstacle.crowd) - sum(share[f] for f in obstacle.narrow)
+        assert obstacle.excess == pytest.approx(excess, abs=1e-4) and excess > 0
+
+
+def test_what_is_wanted_in_vain_is_named():
+    links = [Link(80, 10, 5, PlanarRigid(), 0.0)]
+    capture = toy_capture(100)
+    graph = build_graph(capture, links, GraphOptions(visits=("31=3",)))
+    sentences = [obstacle_sentence(obstacle, capture) for obstacle in graph.obstacles]
+    assert sentences == [
+        "Frame 31 leads only to frame 32, of which less is wanted, by 3.2 % of all visits.",
+        "Frame 31 is reached only from frame 30, of which less is wanted, by 3.2 % of all visits.",
+    ]

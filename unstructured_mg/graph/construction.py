@@ -50,7 +50,7 @@ def surface(
     names = {name: number for number, name in enumerate(capture.clips)}
     clip = np.array([names[frame.clip] for frame in capture.frames])
     scores = matching.dissimilarity.scores
-    scores = np.where(eligible_pairs(capture, matching.dissimilarity, options), scores, np.inf)
+    scores = np.where(eligible_pairs(capture, matching.dissimilarity, matching.threshold, options), scores, np.inf)
     scores[scores > matching.threshold] = np.inf
     found: list[tuple[int, int]] = []
     for first in range(len(names)):
@@ -80,7 +80,7 @@ def essential(
     more than the threshold, and of those that leave and arrive near each other the first ones, as ``rank_candidates``.
     """
     scores, runs = matching.dissimilarity.scores, capture.runs()
-    eligible = eligible_pairs(capture, matching.dissimilarity, options)
+    eligible = eligible_pairs(capture, matching.dissimilarity, matching.threshold, options)
     distances = np.where(eligible | eligible.T, scores, np.nan)
     alpha = graph.frame_share * matching.threshold
     shortest, longest = (max(5, round(s * capture.fps)) for s in (graph.shortest_seconds, graph.longest_seconds))
@@ -98,7 +98,9 @@ def essential(
         score = warp.cost / len(warp.source) - alpha
         if score <= matching.threshold:
             candidate = _warped(warp.source, warp.target, score, matching.dissimilarity.yaw)
-            candidates.setdefault((candidate.source, candidate.target), candidate)
+            own, other = candidate.windows
+            if own.stop <= other.start:  # no frame is in both
+                candidates.setdefault((candidate.source, candidate.target), candidate)
     return tuple(candidates.values())
 
 

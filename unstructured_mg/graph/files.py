@@ -34,7 +34,12 @@ def graph_to_json(
         "visits_even": None if graph.visits_even is None else graph.visits_even.tolist(),
         "visits": None if graph.visits is None else graph.visits.tolist(),
         "obstacles": [
-            {"leads_to": o.leads_to, "crowd": [name(f) for f in o.crowd], "narrow": [name(f) for f in o.narrow]}
+            {
+                "leads_to": o.leads_to,
+                "crowd": [name(f) for f in o.crowd],
+                "narrow": [name(f) for f in o.narrow],
+                "excess": o.excess,
+            }
             for o in graph.obstacles
         ],
         "places": None if graph.places is None else _points(graph.places.captured),
@@ -109,7 +114,7 @@ def graph_from_json(data: Mapping[str, Any], capture: Capture) -> MotionGraph:
         visits_even=visits_even,
         visits=visits,
         obstacles=tuple(
-            Obstacle(o["leads_to"], tuple(map(index, o["crowd"])), tuple(map(index, o["narrow"])))
+            Obstacle(o["leads_to"], tuple(map(index, o["crowd"])), tuple(map(index, o["narrow"])), o["excess"])
             for o in data["obstacles"]
         ),
         places=places,

@@ -7,12 +7,16 @@ import numpy as np
 
 from unstructured_mg.capture.capture import Capture
 from unstructured_mg.geometry.planar import PlanarRigid
+from unstructured_mg.graph.flows import optimise_flows
 from unstructured_mg.graph.frame_graph import FrameGraph, build_frame_graph, largest_loop
 from unstructured_mg.graph.link import Link
 from unstructured_mg.graph.options import GraphOptions
 from unstructured_mg.graph.places import Places
 from unstructured_mg.graph.probabilities import Traffic, even_probabilities, optimise_probabilities, thresholds
+from unstructured_mg.graph.targets import target_weights
 from unstructured_mg.graph.uniformity import Obstacle, find_obstacles
+
+PROBABILITIES = {"choice": optimise_probabilities, "entropy": optimise_flows}
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class MotionGraph:
     visits_even : (c,) float64, each captured frame's share of a long walk's captured frames with even choices, or None
         where the graph is not cyclic
     visits : the same with ``probabilities`` (P Fig. 10)
-    obstacles : why no probabilities at all can make the visits exactly uniform; empty where some can
+    obstacles : why no probabilities at all can make the visits exactly as wanted; empty where some can
     places : where every frame stands on the floor; None where that was not measured
     """
 
@@ -127,15 +131,17 @@ def build_graph(
     kept = np.ones(graph.nodes, bool) if loop is None else loop
     nodes, edges = _contract(graph, links, kept)
     frames = np.flatnonzero(kept[: graph.captured]).astype(np.int32)
-    traffic = Traffic.of_edges(len(nodes), [(e.source, e.target, len(e.inner_frames())) for e in edges])
+    weights = target_weights(capture, options.visits)
+    pulls = _pulls(weights[frames], frames, nodes, edges)
+    traffic = Traffic.of_edges(len(nodes), [(e.source, e.target, len(e.inner_frames())) for e in edges], pulls)
     probabilities = even_probabilities(traffic)
     visits_even = visits = None
     obstacles: tuple[Obstacle, ...] = ()
     if cyclic:
         visits_even = _visits_per_frame(traffic, probabilities, frames, nodes, edges)
-        probabilities = optimise_probabilities(traffic, options)
+        probabilities = PROBABILITIES[options.probabilities](traffic, options)
         visits = _visits_per_frame(traffic, probabilities, frames, nodes, edges)
-        obstacles = find_obstacles(graph, links, kept)
+        obstacles = find_obstacles(graph, links, kept, weights)
     limits = thresholds(traffic.source, probabilities)
     return MotionGraph(
         frames, links, nodes, edges, probabilities, limits, cyclic, visits_even, visits, obstacles, places
@@ -190,6 +196,15 @@ def _segments(graph: FrameGraph, links: Sequence[Link], played: list[int]) -> tu
             segments.append(Segment(None, node, played[last]))
             index = last + 1
     return tuple(segments)
+
+
+def _pulls(
+    weights: np.ndarray, frames: np.ndarray, nodes: np.ndarray, edges: Sequence[Edge]
+) -> tuple[np.ndarray, np.ndarray]:
+    """1 / wanted share at every node, and added up inside every edge."""
+    pull = weights.sum() / weights
+    inside = [pull[np.searchsorted(frames, edge.inner_frames())].sum() for edge in edges]
+    return pull[np.searchsorted(frames, nodes)], np.array(inside, np.float64)
 
 
 def _visits_per_frame(

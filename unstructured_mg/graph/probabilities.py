@@ -25,18 +25,30 @@ class Traffic:
     chain : the chain's pattern: ``chain.source``, ``chain.target`` (E,), ``chain.nodes`` N
     inner : (E,) float64
     ways : (N,) out-edges of each node
+    node_pull : (N,) float64, 1 / w of each node's frame, w the share of a walk's captured frames that is wanted of it
+    edge_pull : (E,) float64, 1 / w added up over the frames inside each edge
     """
 
     chain: Chain
     inner: np.ndarray
     ways: np.ndarray
+    node_pull: np.ndarray
+    edge_pull: np.ndarray
 
     @classmethod
-    def of_edges(cls, nodes: int, edges: Sequence[tuple[int, int, int]]) -> "Traffic":
-        """From (source node, target node, inner captured frames) of each edge."""
+    def of_edges(
+        cls,
+        nodes: int,
+        edges: Sequence[tuple[int, int, int]],
+        pulls: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> "Traffic":
+        """From (source node, target node, inner captured frames) of each edge; all frames are wanted alike unless
+        ``pulls`` are given, ``node_pull`` and ``edge_pull``."""
         table = np.array(edges, np.int64).reshape(-1, 3)
-        chain = Chain(table[:, 0], table[:, 1], nodes)
-        return cls(chain, table[:, 2].astype(np.float64), np.bincount(table[:, 0], minlength=nodes))
+        chain, inner = Chain(table[:, 0], table[:, 1], nodes), table[:, 2].astype(np.float64)
+        frames = nodes + inner.sum()
+        node_pull, edge_pull = pulls or (np.full(nodes, frames), frames * inner)
+        return cls(chain, inner, np.bincount(table[:, 0], minlength=nodes), node_pull, edge_pull)
 
     @property
     def source(self) -> np.ndarray:
@@ -58,29 +70,33 @@ class Traffic:
 def objective(traffic: Traffic, probabilities: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
     """P's energy and its exact gradient by the (E,) probabilities.
 
-    ``alpha n |S(P) - 1/n|^2 + (1 - alpha) |E| / N^2 |P|_F^2`` with S the share of each of the n captured frames in the
-    captured frames of a long walk. P sums over the contracted graph's N nodes in the first term too, but even visits
-    to those say little about frames, as some edges hold hundreds. |P|_F sums over edges, as parallel ones stay apart.
-    The second term, about 1 for even choices, keeps a single transition from doing all the work.
+    ``alpha sum_f (S_f - w_f)^2 / w_f + (1 - alpha) |E| / N^2 |P|_F^2`` with S the share of each of the n captured
+    frames in the captured frames of a long walk and w the share that is wanted, 1/n unless said otherwise: then the
+    first term is P's ``alpha n |S(P) - 1/n|^2``. P sums over the contracted graph's N nodes in the first term too, but
+    even visits to those say little about frames, as some edges hold hundreds. |P|_F sums over edges, as parallel ones
+    stay apart. The second term, about 1 for even choices, keeps a single transition from doing all the work.
     """
     solved = traffic.chain.solve(probabilities)
-    source, inner, frames = traffic.source, traffic.inner, traffic.frames
+    source, inner, pull = traffic.source, traffic.inner, traffic.node_pull
     node = solved.visits
     edge = node[source] * probabilities
     total = node.sum() + inner @ edge
-    squares = node @ node + inner @ edge**2
-    # n |S - 1/n|^2 = n sum S^2 - 1, as S sums to one; with S = visits / total.
-    uneven = frames * squares / total**2 - 1
-    by_squares, by_total = frames / total**2, -2 * frames * squares / total**3
-    by_edge = inner * (2 * by_squares * edge + by_total)
-    by_node = 2 * by_squares * node + by_total + np.bincount(source, by_edge * probabilities, traffic.chain.nodes)
+    squares = node @ (pull * node) + traffic.edge_pull @ edge**2
+    # sum (S - w)^2 / w = sum S^2 / w - 1, as S and w sum to one; with S = visits / total.
+    uneven = squares / total**2 - 1
+    by_squares, by_total = 1 / total**2, -2 * squares / total**3
+    by_edge = 2 * by_squares * traffic.edge_pull * edge + inner * by_total
+    by_node = (
+        2 * by_squares * pull * node + by_total + np.bincount(source, by_edge * probabilities, traffic.chain.nodes)
+    )
     gradient = node[source] * (by_edge + solved.adjoint(by_node)[traffic.chain.target])
     penalty, by_penalty = _choice_penalty(traffic, probabilities)
     return alpha * uneven + (1 - alpha) * penalty, alpha * gradient + (1 - alpha) * by_penalty
 
 
 def proxy(traffic: Traffic, probabilities: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
-    """P's convex stand-in, ``alpha n |pi P - pi|^2 + (1 - alpha) |E| / N^2 |P|_F^2``, and its gradient.
+    """P's convex stand-in, ``alpha n |pi P - pi|^2 + (1 - alpha) |E| / N^2 |P|_F^2``, and its gradient. All frames are
+    wanted alike in it: it is there to start from.
 
     pi P spreads the uniform distribution by one choice: an edge's inner frames get p / n each, a node the sum over its
     in-edges.

@@ -170,7 +170,7 @@ def _match(
 
 def _choose(
     store: Store,
-    pool: Pool,
+    pool: Pool | ClusterPool,
     capture: Capture,
     matching: Matching,
     options: BuildOptions,

@@ -53,6 +53,8 @@ NAMES = {
     "weights": ("synthesis", "weights"),
     "texture": ("synthesis", "texture"),
     "graph": ("graph", "construction"),
+    "probabilities": ("graph", "probabilities"),
+    "visit": ("graph", "visits"),
 }
 ROOMS = {
     "matching": MatchingOptions,

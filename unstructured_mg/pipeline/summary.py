@@ -130,7 +130,9 @@ def _why_nothing_loops(work: Work) -> str:
 def _minutes(work: Work) -> tuple[tuple[str, float], ...]:
     """Wall time of stages that use all workers together; of the pairs, the workers' own time added up."""
     timings = work.timings
-    wall = [(stage, timings.stages.get(stage, 0.0)) for stage in ("reading", "matching", "candidates", "places", "graph")]
+    wall = [
+        (stage, timings.stages.get(stage, 0.0)) for stage in ("reading", "matching", "candidates", "places", "graph")
+    ]
     pairs = [
         ("cages", "cages (worker time)"),
         ("pairs", "tracking (worker time)"),
