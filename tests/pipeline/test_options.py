@@ -21,6 +21,9 @@ GIVEN = {
     "blend": "linear",
     "weights": "linear",
     "texture": "crossfade",
+    "graph": "essential",
+    "probabilities": "entropy",
+    "visit": ("walk=2", "12..40=0.5"),
 }
 # What a word needs beside it.
 BESIDE = {"largest_window": {"windows": "adaptive"}}
@@ -46,7 +49,8 @@ def test_the_command_line_has_no_word_that_is_ignored():
 
 
 @pytest.mark.parametrize(("word", "value"), [("cage", "box"), ("blend", "nurbs"), ("weights", ""), ("texture", 3),
-                                             ("hausdorff", -1.0), ("threshold", -0.1), ("window", 0)])  # fmt: skip
+                                             ("hausdorff", -1.0), ("threshold", -0.1), ("window", 0),
+                                             ("graph", "tree"), ("visit", ("walk",))])  # fmt: skip
 def test_a_bad_value_is_called_by_the_command_lines_word(word, value):
     with pytest.raises(UserError, match=f"^--{word}: expected"):
         build_options(**{word: value})

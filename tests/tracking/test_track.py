@@ -89,11 +89,10 @@ def test_warped_windows_are_tracked_frame_by_frame(capture):
     assert pair.frames.tolist() == [2, 3, 4, 5, 12, 13, 14, 15, 16]
     np.testing.assert_array_equal(pair.frames[pair.steps], warp)
     assert pair.windows == (slice(0, 4), slice(4, 9))
+    # The template's own window is tracked as in straight windows; the other is reached from another frame.
     straight = track_pair(capture, Candidate(4, 14, 0.0, -0.9, 2), 4, build_cage(capture.read(4), OPTIONS), OPTIONS)
-    shared = np.isin(straight.frames, pair.frames)
-    np.testing.assert_array_equal(
-        straight.vertices[shared], pair.vertices[np.isin(pair.frames, straight.frames[shared])]
-    )
+    np.testing.assert_array_equal(straight.vertices[:4], pair.vertices[:4])
+    np.testing.assert_allclose(straight.vertices[5:10], pair.vertices[4:], atol=2e-3)
 
 
 def test_a_target_out_of_reach_is_refused_with_the_distance(capture):

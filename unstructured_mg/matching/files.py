@@ -68,14 +68,17 @@ def _candidate(entry: Any, frames: int) -> Candidate:
         or k < 0
     ):
         raise ValueError(f"there are no frames {source} and {target}")
-    warp = None if entry["warp"] is None else tuple(tuple(way) for way in entry["warp"])
-    if warp is not None and not _is_warp(warp, source, target, k, frames):
-        raise ValueError(f"the warp of frames {source} and {target} is none")
+    warp = None
+    if entry["warp"] is not None:
+        own, other = entry["warp"]
+        warp = tuple(own), tuple(other)
+        if not _is_warp(warp, source, target, k, frames):
+            raise ValueError(f"the warp of frames {source} and {target} is none")
     return Candidate(source, target, float(entry["score"]), float(entry["yaw"]), k, warp)
 
 
 def _is_warp(warp: tuple[Any, ...], source: int, target: int, k: int, frames: int) -> bool:
-    if len(warp) != 2 or any(len(way) != 2 * k + 1 for way in warp):
+    if any(len(way) != 2 * k + 1 for way in warp):
         return False
     if any(type(frame) is not int or not 0 <= frame < frames for way in warp for frame in way):
         return False

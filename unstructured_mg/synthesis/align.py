@@ -39,9 +39,9 @@ def align_windows(pair: TrackedPair) -> PlanarRigid:
     variance = masses @ heights**2 / masses.sum()
     if variance > 0:
         masses = masses * np.exp(-(heights**2) / (2 * variance))
-    first, second = pair.vertices[:half], pair.vertices[half:]
+    first, second = (pair.vertices[steps] for steps in pair.steps)
     pace = np.diff(cubic_weights(pair.k))
-    standing = [planted(first, second, i) for i in range(half - 1)]
+    standing = [planted(first, second, i) for i in range(2 * pair.k)]
     most = max((float(areas[sole].sum()) for sole in standing), default=0.0)
     if most > 0:
         scale = CONTACT_WEIGHT * masses.sum() / most

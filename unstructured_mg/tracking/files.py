@@ -22,7 +22,11 @@ _ARRAYS: dict[str, Expected] = {
     "weights": ("float64", ("n", 4), None),
     "residual": ("float64", ("f", "n", 3), None),
 }
-_OPTIONAL: dict[str, Expected] = {"face_material": ("int32", ("m",), None), "measure_*": ("float64", ("f",), None), "warp": ("int32", (2, "steps"), "f")}
+_OPTIONAL: dict[str, Expected] = {
+    "face_material": ("int32", ("m",), None),
+    "measure_*": ("float64", ("f",), None),
+    "warp": ("int32", (2, "steps"), "f"),
+}
 _VALUES = {"source": int, "target": int, "k": int, "template": int, "yaw": float}
 
 
