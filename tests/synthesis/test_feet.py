@@ -55,6 +55,7 @@ def two_clubs() -> Template:
         np.concatenate([one.tets, one.tets + cells]),
         np.concatenate([one.tet_of_vertex, one.tet_of_vertex + len(one.tets)]),
         np.concatenate([one.weights, one.weights]),
+        np.concatenate([one.frames, one.frames + aside], axis=1),
     )
 
 
