@@ -109,15 +109,14 @@ def _uses(
 ) -> np.ndarray:
     """For each transition the frames that lie behind it in the shortest path trees, over all trees."""
     matrix = way_costs(n, runs, step, leaves, arrives, cost)
-    position = {pair: index for index, pair in enumerate(zip(leaves.tolist(), arrives.tolist(), strict=True))}
     used = np.zeros(len(leaves), np.int64)
     for root in range(n):
         distance, before = dijkstra(matrix, indices=root, return_predecessors=True)
-        behind = np.isfinite(distance).astype(np.int64)
-        for node in np.argsort(-distance, kind="stable"):
-            if before[node] >= 0:
-                behind[before[node]] += behind[node]
-        for index, (leave, arrive) in enumerate(position):
-            if before[arrive] == leave:
-                used[index] += behind[arrive]
+        # Frames behind each frame in this tree, itself included: from the farthest frame inwards.
+        behind = np.isfinite(distance).astype(np.int64).tolist()
+        above = before.tolist()
+        for node in np.argsort(-distance, kind="stable").tolist():
+            if above[node] >= 0:
+                behind[above[node]] += behind[node]
+        used += np.where(before[arrives] == leaves, np.array(behind)[arrives], 0)
     return used
